@@ -14,15 +14,15 @@ class FitOptions(TypedDict, total=False):
     """The options of `fit` and `fit_all`: those of `planesman sysid fit`, of which docs/sysid.md says more."""
 
     stamp: Literal["header", "log"]
-    """Time stamps: of the message headers, or of the recorder (log) [default: header if all messages have one]"""
+    """Time stamps: from the message headers, or from the recorder (log) [default: header if all messages have one]"""
     time: str
     """CSV column of time [default: time, t, stamp or timestamp, else a first column that rises from row to row]"""
     time_unit: Literal["s", "ms", "us", "ns", "min", "h", "d"]
-    """Unit of the time column of a CSV file [default: the one that its name ends in, as t_ms; else s]"""
+    """Unit of the time column of a CSV file [default: the unit at the end of its name, as t_ms; else s]"""
     sample_time: float | str
     """Interval between two rows of a CSV file without a time (s, or with its unit: 100ms)"""
     most_unpacked: int
-    """Read of each file of a bag at most so many MB once it is unpacked: a small file can unpack to thousands of times its size"""
+    """Read at most this many MB (decompressed) of each file of a bag: a small file can unpack to thousands of times its size"""
     reference: str
     """Reference (setpoint) of the control loop, for closed-loop data: the model is then fitted in two stages"""
     rate: float
@@ -36,32 +36,32 @@ class FitOptions(TypedDict, total=False):
     max_gap: float
     """Longest interval between two samples that is not a gap (s) [default: five sample intervals; none for a held input]"""
     unwrap: Literal["automatic", "2pi", "no"] | float
-    """Angles and counters that wrap: unwrapped where the jump is unmistakable, with this period, or not"""
+    """Angles and counters that wrap: unwrap where the jump is unmistakable (default), with this period, or not at all"""
     outliers: Literal["outputs", "report", "drop", "keep"]
-    """Outliers: samples far from the median of those around them"""
+    """Outliers: samples far from the median of their neighbours"""
     prefilter: Span
-    """Band of frequencies that is used, of every signal: LOW..HIGH, or LOW.. against drift, or ..HIGH against noise (Hz) [default: all]"""
+    """Frequency band to use, of every signal: LOW..HIGH, or LOW.. against drift, or ..HIGH against noise (Hz) [default: all]"""
     segment: Literal["all", "auto"]
-    """Which data is used"""
+    """Which data to use"""
     detrend: Literal["none", "mean", "line"]
-    """What is subtracted from each signal"""
+    """What to subtract from each signal"""
     validation: Path | Span
-    """Data to judge the model on, of which nothing is fitted: a file or folder with the same signals, or a window of the data as in
-    `window`, which is then left out of the fit [default: a model of the first seven tenths is judged on the rest]"""
+    """Validation data, not used for the fit: a file or folder with the same signals, or a window of the data as in `window`, which is then
+    left out of the fit [default: a model of the first seven tenths is validated on the rest]"""
     method: Literal["automatic", "output_error", "box_jenkins", "armax", "least_squares", "n4sid", "fir", "process", "frf", "recursive_least_squares", "extended_least_squares", "recursive_prediction_error", "recursive_output_error", "vehicle", "kalman", "all"]
     """The estimator"""
     order: int
-    """Order of the model (of its denominator), known poles not counted, 0 for a static gain; for fir the number of coefficients [default:
-    searched, 1 to 10; 1 to 4 for a method that is named; up to 64 for fir]"""
+    """Order of the model (of its denominator), without known poles; 0 for a static gain; for fir the number of coefficients [default:
+    searched from 1 to 10; from 1 to 4 with a named method; up to 64 for fir]"""
     process: Literal["1", "2", "2u", "i", "1i"]
     """Form of a process model, for `method="process"` [default: chosen by the Bayesian criterion]"""
     coherence: float
-    """For `method="frf"`: the least coherence of input and output in the band that the model is fitted in [default: 0.6]"""
+    """For `method="frf"`: the lowest coherence of input and output in the band of the fit [default: 0.6]"""
     numerator: int
-    """Coefficients of the numerator, known zeros not counted [default: as many as the order]"""
+    """Coefficients of the numerator, without known zeros [default: as many as the order]"""
     delay: int
-    """Delay in samples from the input to its first effect, 0 where the output is measured after the input of the same sample [default:
-    searched, 0 to 1000; for a method that is named 1 to 3, 1 with `order`]"""
+    """Delay in samples from the input to its first effect; 0 if the output is measured after the input of the same sample [default:
+    searched from 0 to 1000; with a named method 1 to 3, or 1 with `order`]"""
     zeros_at_one: int
     """Number of zeros known to be at z = 1"""
     integrators: int
@@ -71,20 +71,20 @@ class FitOptions(TypedDict, total=False):
     at_rest: bool
     """The data begins at rest [default: the initial state is estimated]"""
     prewindow: bool
-    """Input and output are zero before each segment (the thesis' start): zeros are put in front of it"""
+    """Input and output are zero before each segment (the thesis' start): zeros are inserted before it"""
     own_numerators: bool
     """Each segment has its own numerator; only the poles are common"""
     heave: Sequence[float]
-    """For vehicle and kalman, q_dot = K/J u - B/J q - M_theta/J theta + NU w, w_dot = EPSILON u + ETA q - ZETA w: NU,ZETA,ETA,EPSILON, with
-    w in the output's unit times m [default: no heave]"""
+    """For vehicle and kalman, the coefficients of heave in q_dot = K/J u - B/J q - M_theta/J theta + NU w, w_dot = EPSILON u + ETA q - ZETA
+    w, with w in the output's unit times m [default: no heave]"""
     vehicle: str
-    """The same from a built-in vehicle or a vehicle file, at `speed`: for planes in rad, a rate in rad/s"""
+    """Take the heave coefficients from a built-in vehicle or a vehicle file, at `speed`: for planes in rad, a rate in rad/s"""
     heave_doubt: float
     """Standard deviation of the heave coefficients, in % of each"""
     speed: float | str
     """The vehicle's speed (m/s, or with its unit: 1ft/s), for `vehicle` and the model file"""
     inertia: float
-    """Moment of inertia J; K, B and M_theta are printed with it"""
+    """Moment of inertia J; with it K, B and M_theta are printed"""
     noise: float
     """For kalman: standard deviation of the noise, output unit [default: from second differences]"""
     bias_drift: float
@@ -96,6 +96,6 @@ class FitOptions(TypedDict, total=False):
     initial_covariance: float
     """For recursive methods: initial covariance of each parameter [default: 1e8]"""
     bootstrap: int
-    """95 % intervals of poles and gain by a bootstrap as well: fit so many records simulated with the model and its residuals"""
+    """Also compute 95 % intervals of poles and gain by a bootstrap: fit this many records simulated with the model and its residuals"""
     curve: Literal["automatic", "none", "dead_zone", "saturation", "square", "piecewise", "backlash", "output_dead_zone", "output_saturation", "output_piecewise"]
     """Static curve in front of the dynamics (Hammerstein) or behind them (Wiener)"""

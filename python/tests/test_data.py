@@ -62,7 +62,7 @@ def test_what_is_refused_is_refused_in_one_sentence(bag: Path, tmp_path: Path) -
         (bag, ["state:dept"], "dept"),
         (bag, ["state"], "TOPIC:FIELD"),
         (tmp_path / "none.mcap", ["state:depth"], "none.mcap"),
-        (bag, [], "no signal is named"),
+        (bag, [], "no signal is given"),
     ]:
         with pytest.raises(planesman.PlanesmanError, match=sentence) as refusal:
             planesman.read_bag(data, fields)

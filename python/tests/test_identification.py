@@ -119,7 +119,7 @@ def test_what_is_refused_is_refused_in_one_sentence(bag: Path) -> None:
         (lambda: planesman.fit(bag, "state:pitch", "state:pitch"), "input and the output"),
         (lambda: planesman.fit(data, "u", "y"), "sample_time"),
         (lambda: planesman.fit(data, "u", "z", sample_time=0.05), "no column 'z'; there are u, y"),
-        (lambda: planesman.fit({**data, "u": data["u"][1:]}, "u", "y", sample_time=0.05), "all columns must be of one length"),
+        (lambda: planesman.fit({**data, "u": data["u"][1:]}, "u", "y", sample_time=0.05), "all columns must have the same length"),
         (lambda: planesman.fit({"u": np.eye(2), "y": np.eye(2)}, "u", "y", sample_time=0.05), r"shape \(2, 2\)"),
         (lambda: planesman.fit({"u": ["a"], "y": [1.0]}, "u", "y", sample_time=0.05), "not an array of numbers"),
         (lambda: planesman.fit(data, "u", "y", sample_time=0.05, order=99), "99"),

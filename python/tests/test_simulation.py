@@ -51,11 +51,11 @@ def test_noise_follows_the_seed() -> None:
     [
         ({"depth_controller": {"depth.p": -1.0}}, r"\[0, 1000\]"),
         ({"depth_controller": {"depht.p": 1.0}}, "did you mean 'depth.p'"),
-        ({"rudder": {"depth.p": 1.0}}, "no node 'rudder'"),
+        ({"rudder": {"depth.p": 1.0}}, "unknown node 'rudder'"),
         ({"plant_sim": {"speed": float("nan")}}, "speed"),
         ({"duration": -1.0}, "duration: -1 refused: it must be positive and finite, in s"),
         ({"tick": float("inf")}, "tick: inf refused"),
-        ({"scenario": "no_such"}, "no scenario 'no_such'"),
+        ({"scenario": "no_such"}, "unknown scenario 'no_such'"),
         ({"scenario": {"duration": 1.0}}, "description"),
     ],
 )
@@ -140,7 +140,7 @@ def test_parameters_are_listed_and_written_as_ros_reads_them() -> None:
     assert rows["depth_controller.depth.p"]["default"] == pytest.approx(0.25 / 0.3048)
     assert rows["depth_controller.mode"]["default"] == "depth" and rows["depth_controller.lockstep"]["default"] is False
     assert rows["depth_controller.schedule.times"]["default"] == []
-    with pytest.raises(planesman.PlanesmanError, match=r"no node 'depth_controler'; there are .*; did you mean 'depth_controller'"):
+    with pytest.raises(planesman.PlanesmanError, match=r"unknown node 'depth_controler'; known: .*; did you mean 'depth_controller'"):
         planesman.parameters("depth_controler")
     text = planesman.parameter_file("dive", node="depth_controller", depth_controller={"depth.p": 1.25})
     assert "/**/depth_controller:" in text and "depth.p: 1.25" in text

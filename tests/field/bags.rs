@@ -182,7 +182,7 @@ fn two_drivers_on_one_topic_are_told_apart_by_joints_by_frames_or_by_their_lists
     );
     fitted(&bare, "out:position[0]", &log).refused(&[
         "the list has now 2 numbers, now 3 numbers",
-        "a topic of its own",
+        "a separate topic",
     ]);
 }
 
@@ -241,24 +241,24 @@ fn where_headers_tell_no_common_time_the_recorders_is_taken_and_that_is_said() {
             [&|_| 0, &own] as [&dyn Fn(i64) -> i64; 2],
             "the headers of /cmd are not filled",
         ),
-        ([&own, &|_| EPOCH], "the stamps of /imu stand still"),
+        ([&own, &|_| EPOCH], "the stamps of /imu do not advance"),
         (
             [&own, &|time| time / 1_000_000_000 * 1_000_000_000],
-            "the stamps of /imu stand still",
+            "the stamps of /imu do not advance",
         ),
         // Since the start of the computer, and two seconds ahead.
         (
             [&own, &|time| time - EPOCH + 321_500_000_000],
-            "of several clocks",
+            "from several clocks",
         ),
-        ([&own, &|time| time + 2_000_000_000], "of several clocks"),
+        ([&own, &|time| time + 2_000_000_000], "from several clocks"),
     ] {
         let folder = stamped(stamps);
         let by_itself = fitted_imu(&folder, &[]);
         by_itself.is_the_plant(SAMPLES as u64);
         by_itself
             .says(said)
-            .says("the recorder's time is taken for all");
+            .says("the recorder's time is used for all");
         let asked = fitted_imu(&folder, &["--stamp", "log"]);
         asked.is_the_plant(SAMPLES as u64);
         let seconds = asked.said().contains("count as delay of the system");
@@ -299,7 +299,7 @@ fn messages_that_are_there_twice_are_named_and_count_once() {
     bag(folder.path(), &[("/cmd", IMU), ("/imu", IMU)], &all);
     let answer = fitted_imu(&folder, &[]);
     answer.is_the_plant(SAMPLES as u64);
-    answer.says("/imu: 2000 of 4000 messages bear the stamp of the one before");
+    answer.says("/imu: 2000 of 4000 messages have the same stamp as the one before");
 }
 
 /// A payload, written by hand: plain CDR, little endian.
@@ -447,7 +447,7 @@ fn bags_without_definitions_are_read_where_ros_defines_the_types_itself() {
     });
     fit(folder.path(), &signals).refused(&[
         "/out",
-        "it is of another version",
+        "they are of another version",
         "AMENT_PREFIX_PATH",
     ]);
     let folder = tempfile::tempdir().unwrap();
@@ -456,7 +456,7 @@ fn bags_without_definitions_are_read_where_ros_defines_the_types_itself() {
     });
     fit(folder.path(), &signals).refused(&[
         "my_msgs/msg/Distance",
-        "no standard type",
+        "not a standard type",
         "AMENT_PREFIX_PATH",
     ]);
     let share = folder.path().join("ws/share/my_msgs/msg");
@@ -483,7 +483,10 @@ fn mcap_files_whose_schemas_are_empty_are_read_by_the_names_of_their_types() {
         let signals = ["log.mcap", "-i", "u:data", "-o", "y:data"];
         fit(folder.path(), &signals).is_the_plant(SAMPLES as u64);
         for (type_name, said) in [
-            ("", "the file names no type for this topic"),
+            (
+                "",
+                "the file has neither type nor definition for this topic",
+            ),
             ("vendor_msgs/msg/Thing", "vendor_msgs/msg/Thing"),
         ] {
             let folder = tempfile::tempdir().unwrap();
@@ -826,7 +829,7 @@ fn two_publishers_of_messages_that_say_nothing_of_whose_they_are_are_noticed() {
         answer
             .says("cmd:linear.x: ")
             .says("two sources seem to share it")
-            .says("under a name of its own");
+            .says("under a separate name");
         assert!(
             !answer.said().contains("verdict: good"),
             "{}",
@@ -869,7 +872,7 @@ fn two_publishers_are_told_apart_by_their_channels_or_by_the_numbers_that_each_c
         std::fs::write(folder.path().join("log.mcap"), file).unwrap();
         let run = |input| fit(folder.path(), &["log.mcap", "-i", input, "-o", "out:data"]);
         run("cmd:linear.x").refused(&[
-            "now of one publisher, now of another",
+            "alternate between publishers",
             "'cmd:[publisher=1].linear.x' (",
             " messages) or 'cmd:[publisher=2].linear.x' (",
         ]);

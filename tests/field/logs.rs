@@ -63,7 +63,7 @@ fn a_dataflash_log_is_read_by_its_own_formats() {
         .says("or cut off");
     fs::write(folder.path().join("image.bin"), [7; 5000]).unwrap();
     run(&["image.bin", "-i", "RATE:RDes", "-o", "RATE:R"])
-        .refused(&["no DataFlash log of ArduPilot"]);
+        .refused(&["not a DataFlash log of ArduPilot"]);
 }
 
 #[test]
@@ -130,7 +130,7 @@ fn telemetry_of_mavlink_is_read_in_both_versions() {
     near(answer.number("record/samples"), 1997.0, 3.0);
     fs::write(folder.path().join("none.tlog"), [7; 5000]).unwrap();
     run(&["none.tlog", "-i", "A:x", "-o", "B:y"])
-        .refused(&["no message", "5000 bytes are of no frame"]);
+        .refused(&["no message", "5000 bytes belong to no frame"]);
 }
 
 #[test]

@@ -592,7 +592,7 @@ fn truth_values_and_words_for_nothing_are_cells() {
     });
     let answer = of(folder.path(), "null.csv", format!("t,u,y\n{text}"), &[]);
     answer
-        .says("12 no numbers, the first 'NULL' in line 9")
+        .says("12 without a number, the first 'NULL' in line 9")
         .says("verdict: good");
     let text = rows(|_, t, u, y| format!("{t:.2},{u},\"{}\"", grouped(5000.0 * y)));
     let answer = of(
@@ -660,7 +660,7 @@ fn tables_of_one_topic_each_are_joined_by_time() {
     );
     run(&["u_ms.csv", "y_s.csv", "other.csv", "-i", "u", "-o", "y"])
         .is_the_plant(all)
-        .says("other.csv: no signal is of it");
+        .says("other.csv: no signal comes from this table");
     // One name in both.
     write(
         "in.csv",
@@ -677,7 +677,7 @@ fn tables_of_one_topic_each_are_joined_by_time() {
         .refused(&["no table has a column 'z'", "u, y"]);
     // Two clocks.
     run(&["in.csv", "y_s.csv", "-i", "data", "-o", "y"])
-        .refused(&["from 0.000 to 99.950 s", "lie between them"]);
+        .refused(&["from 0.000 to 99.950 s", "apart, so no input"]);
     // Tables that have all signals are experiments, one after the other.
     write("run1.csv", format!("t,u,y\n{}", plain()));
     write("run2.csv", format!("t,u,y\n{}", plain()));
@@ -734,7 +734,7 @@ fn where_each_row_says_what_its_number_is_of_that_is_a_signal() {
         let value = header.rsplit(sign).next().unwrap();
         let value = if value.is_empty() { "c3" } else { value };
         fit(folder.path(), &["long.csv", "-i", "u", "-o", value])
-            .refused(&["of several signals", "name one of u, y"]);
+            .refused(&["several signals have the name", "choose one of u, y"]);
         fit(folder.path(), &["long.csv", "-i", "u", "-o", "yy"])
             .refused(&["no signal 'yy'", "did you mean 'y'?"]);
     }
@@ -777,7 +777,7 @@ fn what_databases_export_is_told_apart_by_measurement_and_field() {
     );
     near(double.number("model/steady_state_gain/0"), 1.5, 0.01);
     fit(folder.path(), &["influx.csv", "-i", "x", "-o", "depth"])
-        .refused(&["'x' is of several signals", "cmd.x, imu.x, depth"]);
+        .refused(&["several signals have the name 'x'", "cmd.x, imu.x, depth"]);
 }
 
 #[test]
@@ -789,7 +789,8 @@ fn rows_of_two_vehicles_are_two_and_a_word_beside_the_numbers_is_none() {
     let text = format!("t,vehicle,u,y\n{both}");
     let alpha = ["-i", "u[alpha]", "-o", "y[alpha]"];
     of(folder.path(), "fleet.csv", &text, &alpha).is_the_plant(all);
-    of(folder.path(), "fleet.csv", &text, &[]).refused(&["'u' is of several signals", "u[beta]"]);
+    of(folder.path(), "fleet.csv", &text, &[])
+        .refused(&["several signals have the name 'u'", "u[beta]"]);
     let word = |u: f64| if u > 0.0 { "up" } else { "down" };
     let text = rows(|_, t, u, y| format!("{t:.2},{},{u},{y:.6}", word(u)));
     of(folder.path(), "word.csv", format!("t,dir,u,y\n{text}"), &[]).is_the_plant(all);

@@ -87,7 +87,9 @@ fn a_rate_that_cannot_be_meant_is_questioned_in_the_verdict() {
             "{}",
             answer.said()
         );
-        answer.says("nobody names the unit").says("--time-unit");
+        answer
+            .says("the unit of the times is not given")
+            .says("--time-unit");
     }
     with_times(
         "t",

@@ -332,10 +332,7 @@ fn a_wrong_argument_is_named_with_what_would_be_right() {
     ] {
         refused(&stage, 2, &arguments, &["planesman: ", says]);
     }
-    let doubled = [
-        "there are recorder, ",
-        "plant_sim; did you mean 'plant_sim'?",
-    ];
+    let doubled = ["known: recorder, ", "plant_sim; did you mean 'plant_sim'?"];
     let set = ["sim", "dive", "--out", &out, "--set", "plantsim.speed=1"];
     refused(&stage, 1, &set, &doubled);
     refused(&stage, 1, &["params", "plantsim"], &doubled);

@@ -201,7 +201,7 @@ fn what_is_no_circuit_and_no_load_cycle_is_refused() {
         (
             "volume: 0.30 L",
             "volume: 0.01 L",
-            "chambers.A.volume: 0.01 L refused: at mid-stroke it must be more than 1.01 times area times travel",
+            "chambers.A.volume: 0.01 L refused: the volume at mid-stroke must be more than 1.01 times area times travel",
         ),
     ] {
         let file = bad(from, to);
@@ -271,7 +271,7 @@ fn what_is_no_circuit_and_no_load_cycle_is_refused() {
         ),
         (
             "time,position\n0,0\n",
-            "a load cycle needs two points at least",
+            "a load cycle needs at least two points",
         ),
     ] {
         let file = stage.file("cycle.csv", cycle);

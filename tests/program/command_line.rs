@@ -462,7 +462,7 @@ fn a_slip_of_the_hand_is_answered_with_what_was_meant_and_what_is_taken() {
         (
             1,
             set("plant_sim.speed=2furlongs"),
-            "a number in m/s is expected, or one with its unit: m/s, ft/s, kn, km/h",
+            "give a number in m/s, or a number with its unit: m/s, ft/s, kn, km/h",
         ),
         (
             1,

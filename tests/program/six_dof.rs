@@ -274,19 +274,22 @@ fn a_vehicle_is_found_in_a_recording_with_intervals_that_hold_it_and_its_file_fl
     for (more, said) in [
         (
             &["--free", "N_uw"][..],
-            "--free N_uw: it names none of buoyancy",
+            "--free N_uw: no such name; known: buoyancy",
         ),
         (
             &[
                 "--fixed",
                 "added_mass,linear_damping,quadratic_damping,coefficients",
             ],
-            "no number is sought",
+            "no number is estimated",
         ),
-        (&["--bias", "heave"], "--bias heave: it names none of north"),
+        (
+            &["--bias", "heave"],
+            "--bias heave: no such name; known: north",
+        ),
         (
             &["--signal", "ruder=x"],
-            "--signal ruder=x: it names none of rudder",
+            "--signal ruder=x: no such name; known: rudder",
         ),
         (&["--signal", "u=x"], "x"),
         (&["--window", "0..1"], "samples for"),

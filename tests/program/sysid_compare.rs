@@ -372,7 +372,7 @@ fn validation_data_of_its_own_gives_the_held_out_figures() {
         ("--window 0..30 --validation 20..40", "overlaps"),
         (
             "--validation nothing.csv",
-            "no file or folder 'nothing.csv'",
+            "'nothing.csv' is neither an existing file or folder",
         ),
         ("--validation 40..20", "reversed"),
         ("--validation 100..200", "validation data"),
@@ -423,7 +423,7 @@ fn of_all_methods_the_one_that_simulates_held_out_data_best_is_taken() {
     // Least squares takes the slow noise for dynamics.
     assert_ne!(found.model_file().unwrap().method, "least_squares");
     let refusal = try_fit(&data, "--method fir --order 3 --numerator 2").unwrap_err();
-    assert!(refusal.contains("--order is the number"), "{refusal}");
+    assert!(refusal.contains("use --order for the number"), "{refusal}");
 }
 
 #[test]

@@ -157,8 +157,8 @@ fn a_tables_blanks_are_absent_and_its_faults_are_reported() {
         survey.notes
     );
     for (text, more, reason) in [
-        ("", "-i u -o y", "no two columns"),
-        ("t,u\n", "-i u -o y", "no column 'y'; it has t, u"),
+        ("", "-i u -o y", "does not have two columns"),
+        ("t,u\n", "-i u -o y", "no column 'y'; there are t, u"),
         ("t,u,y\n", "-i u -o y", "there is no sample"),
         ("t,u,y\n0,1,1\n", "-i u -o y --time s", "no column 's'"),
         ("t,u,y\nx,1,1\n", "-i u -o y", "1 of 1 rows have no time"),
@@ -273,7 +273,10 @@ fn a_table_without_a_time_is_refused_with_the_option_that_gives_it() {
         .collect();
     fs::write(&table, "ramp,u,y\n".to_owned() + &rows).unwrap();
     let refusal = try_fit(&table, "-i ramp -o y").unwrap_err();
-    assert!(refusal.contains("'ramp' is taken as the time"), "{refusal}");
+    assert!(
+        refusal.contains("'ramp' is assumed to be the time"),
+        "{refusal}"
+    );
 }
 
 #[test]
@@ -295,7 +298,7 @@ fn every_cell_that_is_no_number_is_counted_and_shown() {
     let account = prepared.description();
     for note in [
         "'u': of 200 cells 1 empty, the first in line 22",
-        "'y [rad]': of 200 cells 1 empty, the first in line 52, 2 no numbers, the first 'n/a\\u001b[2J' in line 32",
+        "'y [rad]': of 200 cells 1 empty, the first in line 52, 2 without a number, the first 'n/a\\u001b[2J' in line 32",
         "'y' is the column 'y [rad]'",
     ] {
         assert!(account.contains(note), "{account}");
@@ -432,7 +435,7 @@ fn how_late_the_recorder_was_is_said() {
     for (stamp, says) in [
         (
             "header",
-            "43.0 ms lie between them; by the stamps of the headers this is no delay",
+            "43.0 ms apart; with the stamps of the headers this is not a delay",
         ),
         ("log", "45.0 ms count as delay of the system"),
     ] {
@@ -451,7 +454,7 @@ fn an_input_that_is_of_another_time_or_never_moves_is_refused_with_the_numbers()
         [(time, time), (time + 5_000_000_000_000, time)]
     });
     let refusal = try_fit(&path, &format!("{IMUS} --stamp header")).unwrap_err();
-    assert!(refusal.contains("4990.050 s lie between them"), "{refusal}");
+    assert!(refusal.contains("4990.050 s apart"), "{refusal}");
     assert!(refusal.contains("--stamp log"), "{refusal}");
     // By itself the recorder's time is taken.
     for stamp in ["", " --stamp log"] {
@@ -531,7 +534,7 @@ fn what_is_not_there_is_refused_with_what_is() {
         (
             &path,
             "-i cmd:data -o imu:angular_velocity.y --window 100..",
-            "no instant",
+            "at no time",
         ),
         (
             &path,

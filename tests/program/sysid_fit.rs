@@ -202,7 +202,7 @@ fn options_that_do_not_go_together_are_refused() {
     for (more, reason) in [
         (
             "--method vehicle --order 3",
-            "given by the vehicle's equations",
+            "follow from the vehicle's equations",
         ),
         (
             "--order 2 --heave 1,2,3,4",
@@ -316,7 +316,7 @@ fn preparation_is_named_and_kept_in_the_model_file() {
     let found = fit(&data, "--order 3 --outliers drop --segment auto");
     let file = found.model_file().unwrap();
     assert!(
-        file.preparation[0].contains("y: 1 sample far from those around, the first at 5.000 s"),
+        file.preparation[0].contains("y: 1 sample far from the neighbours, the first at 5.000 s"),
         "{file:?}"
     );
     assert!(
@@ -466,7 +466,7 @@ fn equations_of_ones_own_need_no_signals_by_name_and_are_written_back() {
     let of = args(&["--equations", file]).unwrap();
     let refusal = planesman::sysid::fit::run(&of).unwrap_err();
     let refusal = format!("{refusal:#}");
-    let said = "first.yaml: states: x: derivative: character 10: 'v' is no input, state, parameter or definition";
+    let said = "first.yaml: states: x: derivative: character 10: 'v' is not an input, state, parameter or definition";
     assert!(refusal.contains(said), "{refusal}");
 }
 

@@ -102,7 +102,7 @@ fn table() -> Vec<(String, Vec<String>)> {
     let text = fs::read_to_string(root.join("ARCHITECTURE.md")).expect("the architecture");
     let rows = text
         .lines()
-        .skip_while(|line| !line.contains("| stands on |"));
+        .skip_while(|line| !line.contains("| depends on |"));
     let rows = rows.skip(2).take_while(|line| line.starts_with('|'));
     let row = |line: &str| {
         let cells: Vec<&str> = line.trim_matches('|').split(" | ").map(str::trim).collect();

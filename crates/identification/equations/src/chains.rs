@@ -1,23 +1,23 @@
-//! Chains of integrators with one denominator. Between two stamps the inputs are constants or straight lines and the equations linear:
-//! each step is the exponential of their matrix, by its series to rounding.
+//! Chains of integrators with one denominator. Between two stamps the inputs are constant or linear and the equations are linear: each step
+//! is the exponential of their matrix, by its series to rounding error.
 
 use crate::simulation::{Between, Run, Track};
 
-/// Terms of the series of a matrix exponential, and the norm of the matrix up to which they are exact to rounding.
+/// Terms of the series of a matrix exponential, and the largest norm of the matrix for which they are exact to rounding.
 const TERMS: usize = 14;
 const NORM: f64 = 0.5;
-/// Parts of an interval at most; faster poles than that are none that the samples tell.
+/// Maximum number of parts of an interval; samples contain no information on faster poles.
 const PARTS: f64 = 2000.0;
 
-/// The values of a signal over an interval: at its begin, and per s.
+/// The values of a signal over an interval: at its beginning, and its slope per s.
 type Piece = (f64, f64);
 
-/// What is known of each interval between two stamps of a run.
+/// A signal on each interval between two stamps of a run.
 pub(crate) struct Signal<'a> {
     pub(crate) track: &'a Track,
     pub(crate) between: Between,
     pub(crate) reference: f64,
-    /// Before the first sample.
+    /// The value before the first sample.
     pub(crate) before: f64,
     pub(crate) delay: f64,
 }
@@ -48,12 +48,12 @@ impl Signal<'_> {
     }
 }
 
-/// Chains of integrators with one denominator: by the signal, by an impulse, and by the output of both.
+/// Chains of integrators with one denominator: driven by the signal, by an impulse, and by the output of both.
 pub(crate) struct Chains<'a> {
     pub(crate) d: &'a [f64],
     pub(crate) b: &'a [f64],
     pub(crate) m: &'a [f64],
-    /// Whether the third is wanted.
+    /// Whether the third chain is computed.
     pub(crate) with_slopes: bool,
 }
 
@@ -79,7 +79,7 @@ impl Chains<'_> {
         to[chains * n + 1] = 0.0;
     }
 
-    /// The rate of the fastest motion, 1/s, at most.
+    /// The largest rate of motion, 1/s.
     fn rate(&self) -> f64 {
         let n = self.d.len();
         let powers = self.d.iter().enumerate();
@@ -87,7 +87,7 @@ impl Chains<'_> {
         bounds.fold(0.0, f64::max)
     }
 
-    /// The states `xi, psi, eta` at each output's stamp of a run; `None` where they overflow.
+    /// The states `xi, psi, eta` at each output's stamp of a run; `None` if they overflow.
     pub(crate) fn through(
         &self,
         run: &Run,

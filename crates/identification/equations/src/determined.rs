@@ -1,7 +1,7 @@
-//! What the data does not determine: directions of the parameters in which no output moves, and what of them is known.
+//! Parameters that the data does not determine: directions in which no output changes, and combinations that are still known.
 //!
-//! A direction is a null vector of the slopes. Where only `K/J` stands in the equations, K and J may grow together: the direction is
-//! `dK/K = dJ/J`, and `K/J` is constant along it. Whether products or sums are is tried by a step along it.
+//! A direction is a null vector of the slopes. If only `K/J` occurs in the equations, K and J may grow together: the direction is
+//! `dK/K = dJ/J`, and `K/J` is constant along it. A trial step along the direction shows whether products or sums are constant.
 
 use std::fmt;
 
@@ -13,15 +13,15 @@ use planesman_linear::digits::with_interval;
 use crate::error::EquationsError;
 use crate::problem::{OutputErrors, Problem};
 
-/// Relative to the largest singular value, one below which a direction is not determined.
+/// A direction is undetermined if its singular value is below this share of the largest.
 const SINGULAR: f64 = 1e-7;
-/// A share of the largest component below which a parameter is not part of a direction.
+/// A parameter belongs to a direction if its component is at least this share of the largest.
 const PART: f64 = 1e-3;
-/// How far the step along a direction goes, relative to the parameters.
+/// The length of the trial step along a direction, relative to the parameters.
 const STEP: f64 = 0.05;
-/// The share of what a parameter alone would do that a combination may do and be constant.
+/// A combination counts as constant if it changes by at most this share of what one parameter alone would cause.
 const CONSTANT: f64 = 0.01;
-/// Exponents this near to a whole number are.
+/// Exponents this near to a whole number are rounded to it.
 const WHOLE: f64 = 1e-3;
 
 /// Parameters that the data does not determine.
@@ -29,7 +29,7 @@ const WHOLE: f64 = 1e-3;
 pub struct Undetermined {
     /// Their names.
     pub names: Vec<String>,
-    /// Combinations of them that it does determine, each with value and standard deviation; empty where none is known.
+    /// Combinations that the data does determine, each with value and standard deviation; empty if none is known.
     pub kept: Vec<(String, f64, f64)>,
 }
 
@@ -39,7 +39,8 @@ impl fmt::Display for Undetermined {
         if let [name] = &self.names[..] {
             return write!(
                 f,
-                "{name} changes no output: fix it (fixed: VALUE), or record data in which it acts"
+                "{name} changes no output: fix it (fixed: VALUE), or record data in which it has \
+                 an effect"
             );
         }
         let kept = self.kept.iter().map(|(name, value, deviation)| {
@@ -56,17 +57,17 @@ impl fmt::Display for Undetermined {
     }
 }
 
-/// A direction: the parameters in it, each with its change relative to itself.
+/// A direction: the parameters in it, each with its relative change.
 type Direction = Vec<(usize, f64)>;
 
-/// What the data says of each parameter at the minimum.
+/// The information of the data about each parameter at the minimum.
 pub(crate) struct Uncertainty {
     pub(crate) covariance: DMatrix<f64>,
-    /// Parameters that do something.
+    /// Parameters with an effect.
     active: Vec<usize>,
-    /// Those that do nothing, though no bound holds them.
+    /// Parameters without an effect that are not at a bound.
     idle: Vec<usize>,
-    /// Combinations of the others that do nothing.
+    /// Combinations of the others without an effect.
     directions: Vec<Direction>,
 }
 
@@ -144,7 +145,7 @@ impl Uncertainty {
         self.active.contains(&parameter) && others.all(|(at, _)| *at != parameter)
     }
 
-    /// What each direction leaves, and the parameters that do nothing.
+    /// The undetermined parameters: one entry for each direction, and the parameters without an effect.
     pub(crate) fn undetermined(
         &self,
         problem: &Problem<'_>,
@@ -163,7 +164,7 @@ impl Uncertainty {
     }
 }
 
-/// The directions of singular values that are none, each of as few parameters as can be.
+/// The directions with zero singular values, each with as few parameters as possible.
 fn null_directions(
     v: &DMatrix<f64>,
     sigma: &DVector<f64>,
@@ -212,7 +213,7 @@ fn null_directions(
         .collect()
 }
 
-/// The combinations that are constant along a direction: of the last parameter that moves most, with each other.
+/// The combinations that are constant along a direction: of the parameter that moves most with each of the others.
 fn kept(
     problem: &Problem<'_>,
     theta: &DVector<f64>,

@@ -1,54 +1,56 @@
-//! Why there are no equations, or no fit of them.
+//! Reasons why equations are invalid, or cannot be fitted.
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
-/// Why there are no equations, or no fit of them.
+/// Reasons why equations are invalid, or cannot be fitted.
 #[derive(Debug, thiserror::Error)]
 pub enum EquationsError {
-    /// A file that is none of equations.
+    /// The file is not a valid file of equations.
     #[error("{}: {reason}", path.display())]
     File {
         /// The file.
         path: PathBuf,
-        /// Why, with the line.
+        /// The reason, with the line.
         reason: String,
     },
-    /// An entry that is refused.
+    /// An entry is invalid.
     #[error("{entry}: {reason}")]
     Entry {
-        /// Where it stands: `states: x2: derivative`.
+        /// The place of the entry: `states: x2: derivative`.
         entry: String,
-        /// Why, and what would be accepted.
+        /// The reason, and what is allowed.
         reason: String,
     },
-    /// The model is no number where the search begins.
+    /// The model is not finite at the start of the search.
     #[error(
-        "{entry} is not finite {when}, with {at}: give another start, or keep away from a division by 0 with min"
+        "{entry} is not finite {when}, with {at}: give another start, or use min to avoid a \
+         division by 0"
     )]
     NotFinite {
         /// The equation.
         entry: String,
         /// When.
         when: String,
-        /// The values there.
+        /// The values of the variables there.
         at: String,
     },
-    /// The simulation does not come to the end of the data where the search begins.
+    /// The simulation stops before the end of the data at the start of the search.
     #[error(
         "the simulation ends at t = {time:.6} s, with {at}: {}",
         if *.stiff {
             "a state changes within 1/10000 of a sampling interval. The equations are stiff, or a state grows without bound: give a start with longer time constants (and a min that keeps them long), or replace the fast state by its steady value"
         } else {
-            "a state or an output is no longer finite: give another start, or keep away from a division by 0 with min"
+            "a state or an output is no longer finite: give another start, or use min to avoid a \
+             division by 0"
         }
     )]
     Unfinished {
         /// s
         time: f64,
-        /// Whether steps became too short before.
+        /// Whether steps became too short first.
         stiff: bool,
-        /// The values there.
+        /// The values of the variables there.
         at: String,
     },
     /// Too little data.
@@ -56,23 +58,24 @@ pub enum EquationsError {
         "{samples} samples of the outputs cannot determine {sought} parameters and initial states; record more, or fix some: fixed: VALUE"
     )]
     TooFew {
-        /// Samples of all outputs.
+        /// Number of samples of all outputs.
         samples: usize,
-        /// Parameters and initial states.
+        /// Number of parameters and initial states.
         sought: usize,
     },
-    /// An output that does not move.
-    #[error("{0} is constant: it determines nothing")]
+    /// A constant output.
+    #[error("{0} is constant: it determines no parameter")]
     Constant(String),
-    /// The parameters do nothing.
+    /// No parameter has an effect.
     #[error(
-        "no parameter changes any output near the start: give another start, or a richer input"
+        "no parameter changes any output near the start: give another start, or an input with \
+         more variation"
     )]
     NoEffect,
-    /// Nothing is sought.
-    #[error("parameters: none is to be found; give one a start")]
+    /// No parameter is to be estimated.
+    #[error("parameters: all are fixed; give at least one a start")]
     NothingSought,
-    /// The covariance cannot be found.
+    /// The covariance cannot be computed.
     #[error(transparent)]
     Identification(#[from] planesman_identification::IdentificationError),
 }

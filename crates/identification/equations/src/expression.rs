@@ -1,4 +1,4 @@
-//! Expressions, as they are written in a file of equations, and their exact partial derivatives.
+//! Expressions from a file of equations, and their exact partial derivatives.
 //!
 //! ```text
 //! + - * / ^ (or **), parentheses, numbers, names, pi
@@ -6,16 +6,16 @@
 //! min max atan2                                                      of two
 //! deadzone(x, lo, hi) = x - saturate(x, lo, hi),   saturate(x, lo, hi) = min(max(x, lo), hi)
 //! ```
-//! All expressions of a model stand on one tape, each operation behind its operands. Its numbers are computed once along the tape;
-//! the slopes of one result over all variables follow backwards (reverse mode; Griewank and Walther, *Evaluating Derivatives*,
-//! 2nd ed. 2008, ch. 3). At a corner, as of `abs` at 0, the slope is that of one side.
+//! All expressions of a model are on one tape, each operation after its operands. The tape is evaluated once; the slopes of one result by
+//! all variables follow backwards (reverse mode; Griewank and Walther, *Evaluating Derivatives*, 2nd ed. 2008, ch. 3). At a corner, as of
+//! `abs` at 0, the slope is the one-sided slope.
 
-/// How deep parentheses and calls may nest.
+/// Maximum nesting depth of parentheses and calls.
 pub(crate) const DEPTH: usize = 64;
-/// Operations of a model at most.
+/// Maximum number of operations of a model.
 const MOST_NODES: usize = 20_000;
 
-/// Why a text is no expression.
+/// Why a text is not a valid expression.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("character {place}: {reason}")]
 pub struct ExpressionError {
@@ -25,7 +25,7 @@ pub struct ExpressionError {
     pub reason: String,
 }
 
-/// A function of one number.
+/// A function of one argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Unary {
     Negative,
@@ -45,7 +45,7 @@ enum Unary {
     Tanh,
 }
 
-/// A function of two.
+/// A function of two arguments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Binary {
     Add,
@@ -79,10 +79,10 @@ const BINARY: [(&str, Binary); 3] = [
     ("max", Binary::Max),
     ("atan2", Binary::Atan2),
 ];
-/// Functions of three, made of those of two.
+/// Functions of three arguments, built from those of two.
 const TERNARY: [&str; 2] = ["deadzone", "saturate"];
 
-/// Whether a function, or pi, has the name.
+/// Whether a name is that of a function, or pi.
 pub(crate) fn is_reserved(name: &str) -> bool {
     functions().any(|it| it == name) || name == "pi"
 }
@@ -118,7 +118,7 @@ impl Unary {
         }
     }
 
-    /// The slope at `x`, where the value is `y`.
+    /// The slope at `x`, for the value `y`.
     fn slope(self, x: f64, y: f64) -> f64 {
         match self {
             Self::Negative => -1.0,
@@ -154,7 +154,7 @@ impl Binary {
         }
     }
 
-    /// The slopes over both, where the value is `y`.
+    /// The slopes by both arguments, for the value `y`.
     fn slopes(self, a: f64, b: f64, y: f64) -> (f64, f64) {
         match self {
             Self::Add => (1.0, 1.0),
@@ -188,23 +188,23 @@ enum Node {
     Binary(Binary, usize, usize),
 }
 
-/// Expressions, each operation behind its operands.
+/// Expressions, each operation after its operands.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tape {
     nodes: Vec<Node>,
 }
 
-/// A result on a tape, and what it is made of.
+/// A result on a tape, and the nodes that it depends on.
 #[derive(Clone, Debug)]
 pub(crate) struct Root {
     node: usize,
-    /// The nodes that it needs, the last first.
+    /// The nodes that it needs, last first.
     needed: Vec<usize>,
     /// The variables among them.
     pub(crate) variables: Vec<usize>,
 }
 
-/// The numbers along a tape.
+/// The values along a tape.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Numbers {
     values: Vec<f64>,
@@ -252,7 +252,7 @@ impl Tape {
         }
     }
 
-    /// Computes all numbers.
+    /// Computes all values.
     pub(crate) fn evaluate(&self, variables: &[f64], numbers: &mut Numbers) {
         let values = &mut numbers.values;
         values.clear();
@@ -266,7 +266,7 @@ impl Tape {
         }
     }
 
-    /// Adds the slopes of a result over the variables, after [`Tape::evaluate`].
+    /// Adds the slopes of a result by the variables, after [`Tape::evaluate`].
     pub(crate) fn slopes(&self, root: &Root, numbers: &mut Numbers, slopes: &mut [f64]) {
         let Numbers { values, adjoints } = numbers;
         adjoints.resize(values.len(), 0.0);
@@ -300,12 +300,12 @@ impl Numbers {
     }
 }
 
-/// Who knows the names: the node that a name stands for, put onto the tape where it is new, or why there is none.
+/// Resolves names: returns the node of a name, added to the tape if new, or the reason why it is unknown.
 pub(crate) trait Names {
     fn node(&mut self, tape: &mut Tape, name: &str, depth: usize) -> Result<usize, String>;
 }
 
-/// Puts an expression onto a tape; `depth` is how deep it stands within others.
+/// Adds an expression to a tape; `depth` is its nesting depth within others.
 pub(crate) fn parse(
     text: &str,
     tape: &mut Tape,
@@ -353,7 +353,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Takes a text if it stands here, behind blanks.
+    /// Consumes a text if it comes next, after blanks.
     fn take(&mut self, text: &str) -> bool {
         self.blanks();
         let stands = text
@@ -416,7 +416,9 @@ impl Parser<'_> {
     fn signed(&mut self) -> Parsed {
         self.depth += 1;
         if self.depth > DEPTH {
-            return self.refuse(format!("it nests more than {DEPTH} deep"));
+            return self.refuse(format!(
+                "expressions are nested more than {DEPTH} levels deep"
+            ));
         }
         let found = match () {
             () if self.take("-") => {
@@ -472,7 +474,7 @@ impl Parser<'_> {
         let text: String = self.characters[first..self.at].iter().collect();
         match text.parse::<f64>() {
             Ok(value) if value.is_finite() => self.push(Node::Constant(value)),
-            _ => self.refuse_at(first, format!("'{text}' is no number")),
+            _ => self.refuse_at(first, format!("'{text}' is not a number")),
         }
     }
 
@@ -630,7 +632,7 @@ mod tests {
             ("x*foo(y)", "character 3: there is no function 'foo'"),
             ("max(x)", "max is of 2, not of 1"),
             ("q", "character 1: 'q' is unknown"),
-            ("1.2.3", "'1.2.3' is no number"),
+            ("1.2.3", "'1.2.3' is not a number"),
             ("sin*2", "'sin' is a function"),
         ] {
             let refusal = root(text).unwrap_err().to_string();

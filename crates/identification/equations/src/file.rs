@@ -23,14 +23,14 @@ use serde::{Deserialize, Serialize};
 use crate::error::EquationsError;
 use crate::named::Named;
 
-/// State equations as they are written.
+/// The contents of a file of equations.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct EquationsFile {
-    /// What the model is of.
+    /// A description of the model.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub description: Option<String>,
-    /// Inputs, each with its signal of the data; without one it is called as the input.
+    /// Inputs, each with its signal of the data; by default the signal has the input's name.
     #[serde(default)]
     pub inputs: Named<Option<String>>,
     /// Outputs.
@@ -51,10 +51,11 @@ pub struct EquationsFile {
 pub struct Output {
     /// Its equation.
     pub equation: String,
-    /// Its signal of the data; called as the output without one.
+    /// Its signal of the data; by default the output's name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub signal: Option<String>,
-    /// Standard deviation of the measurement's noise, output unit: outputs are weighed by it. Without one by what is left of each.
+    /// Standard deviation of the measurement's noise, output unit, by which outputs are weighted. Without it the residuals of each output
+    /// are used.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise: Option<f64>,
     /// Its unit, for people.
@@ -66,9 +67,9 @@ pub struct Output {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct State {
-    /// Its derivative over time, per s.
+    /// The time derivative, per s.
     pub derivative: String,
-    /// Where each segment of the data begins.
+    /// The state at the beginning of each segment of the data.
     #[serde(default)]
     pub initial: Initial,
     /// Its unit, for people.
@@ -76,7 +77,7 @@ pub struct State {
     pub unit: Option<String>,
 }
 
-/// Where a state begins.
+/// The initial value of a state.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(untagged)]
 pub enum Initial {
@@ -84,7 +85,7 @@ pub enum Initial {
     Known(f64),
     /// `unknown`, or an expression of parameters and of the inputs at the first sample.
     Text(String),
-    /// It is sought from a start.
+    /// Estimated, from a start.
     Sought(Sought),
 }
 
@@ -94,16 +95,16 @@ impl Default for Initial {
     }
 }
 
-/// The word for an initial state that is sought.
+/// The keyword for an estimated initial state.
 pub(crate) const UNKNOWN: &str = "unknown";
 
-/// An initial state that is sought.
+/// An estimated initial state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sought {
-    /// Where the search begins.
+    /// The initial guess.
     pub start: f64,
-    /// The least it may be.
+    /// The minimum.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub min: Option<f64>,
     /// The most.
@@ -115,22 +116,22 @@ pub struct Sought {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Parameter {
-    /// Where the search begins; with `min` and `max` it may be missing.
+    /// The initial guess; optional with `min` and `max`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<f64>,
-    /// The least it may be.
+    /// The minimum.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub min: Option<f64>,
-    /// The most. Between `min` and `max` several searches begin.
+    /// The most. With `min` and `max`, several searches begin between them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max: Option<f64>,
-    /// Its value where it is known; it is not sought then.
+    /// A known value; it is not estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fixed: Option<f64>,
     /// Its unit, for people.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
-    /// Of a file that was written after a fit: the standard deviation of `start`.
+    /// The standard deviation of `start`, in a file written after a fit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deviation: Option<f64>,
 }
@@ -139,14 +140,14 @@ impl EquationsFile {
     /// Reads a file.
     ///
     /// # Errors
-    /// [`EquationsError`], with the line where it is none.
+    /// [`EquationsError`], with the line of the error.
     pub fn read(path: &Path) -> Result<Self, EquationsError> {
         let text = planesman_text::read(path).map_err(|error| EquationsError::file(path, error))?;
         text_of(&text).map_err(|error| {
             let reason = error.to_string();
             // Within braces a comma ends an expression.
             let hint = match reason.contains("unknown field") {
-                true => "; within braces an expression with commas stands in quotes",
+                true => "; within braces, put an expression with commas in quotes",
                 false => "",
             };
             EquationsError::file(path, format!("{reason}{hint}"))
@@ -171,7 +172,7 @@ impl EquationsFile {
 /// The equations of a text.
 ///
 /// # Errors
-/// [`yaml::Error`], with the line where it is none.
+/// [`yaml::Error`], with the line of the error.
 pub fn text_of(text: &str) -> Result<EquationsFile, yaml::Error> {
     yaml::from_str(text)
 }

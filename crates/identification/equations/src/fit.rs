@@ -1,10 +1,10 @@
-//! Output error: the parameters with which the simulated outputs come nearest the measured ones.
+//! Output error: the parameters with which the simulated outputs fit the measured ones best.
 //!
 //! ```text
 //! V = sum over outputs  |y - yhat(p, x0)|^2 / noise^2
 //! ```
-//! Gauss-Newton steps damped after Marquardt, on the bounds where they lead out of them ([`Problem`]); from several starts where
-//! parameters have both bounds. The covariance is that of residuals of any colour, each output's its own.
+//! Gauss-Newton steps with Marquardt's damping, limited to the bounds ([`Problem`]); from several starts if parameters have both bounds.
+//! The covariance allows for residuals of any colour, separately for each output.
 
 use nalgebra::{DMatrix, DVector};
 use planesman_identification::analysis::{GOOD, SAMPLES_PER_PARAMETER, USABLE, Verdict};
@@ -17,44 +17,44 @@ use crate::model::{Equations, Unknown};
 use crate::problem::Problem;
 use crate::simulation::{Run, Unfinished, initial_states};
 
-/// How often outputs without a noise of their own are weighed anew.
+/// How often the weights of outputs without a given noise are updated.
 const WEIGHINGS: usize = 4;
-/// The share of a record that is fitted where the rest is to judge by.
+/// The share of a record that is fitted if the rest is used for validation.
 pub(crate) const FITTED: f64 = 0.7;
-/// Searches that end with costs this near have found one minimum.
+/// Searches whose final costs are this near have found the same minimum.
 const SAME: f64 = 1e-3;
-/// Times the noise that was given, from which it is said that more is left.
+/// If the residual exceeds the given noise by this factor, a message says so.
 const MORE_THAN_NOISE: f64 = 1.5;
-/// The share of an output's motion from which what is left says that it stays within the noise.
+/// If the residual is at least this share of an output's motion, the output is reported to be within the noise.
 const WITHIN_NOISE: f64 = 0.9;
-/// Two parameters this correlated are told.
+/// Correlations of two parameters above this are reported.
 const CORRELATED: f64 = 0.99;
 
-/// A parameter or initial state that was found.
+/// An estimated parameter or initial state.
 #[derive(Clone, Debug)]
 pub struct EstimatedParameter {
-    /// What was sought.
+    /// The estimated quantity.
     pub unknown: Unknown,
     /// Its value.
     pub value: f64,
-    /// Its standard deviation; `None` where the data does not determine it, and at a bound.
+    /// Its standard deviation; `None` if the data does not determine it, or it is at a bound.
     pub deviation: Option<f64>,
-    /// Whether it lies at one of its bounds.
+    /// Whether it is at one of its bounds.
     pub is_at_bound: bool,
 }
 
-/// How an output is met.
+/// The fit of an output.
 #[derive(Clone, Debug)]
 pub struct OutputFit {
     /// Its name.
     pub name: String,
-    /// Of all of the data, %.
+    /// The fit on all data, %.
     pub fit: Option<f64>,
-    /// Of data that was not fitted, %.
+    /// The fit on data not used for fitting, %.
     pub held_out_fit: Option<f64>,
-    /// Root mean square of what is left, output unit.
+    /// Root mean square of the residual, output unit.
     pub left: f64,
-    /// The noise that was given.
+    /// The given noise.
     pub noise: Option<f64>,
     /// Samples.
     pub samples: usize,
@@ -67,21 +67,21 @@ pub struct EquationsFit {
     pub equations: Equations,
     /// The parameters.
     pub parameters: Vec<EstimatedParameter>,
-    /// The sought initial states of each run.
+    /// The estimated initial states of each run.
     pub initial: Vec<Vec<EstimatedParameter>>,
-    /// The parameters' correlation; 0 for those without a deviation.
+    /// The parameters' correlation matrix; 0 for those without a deviation.
     pub correlation: DMatrix<f64>,
     /// Each output.
     pub outputs: Vec<OutputFit>,
-    /// What the data does not determine.
+    /// Parameters that the data does not determine.
     pub undetermined: Vec<Undetermined>,
-    /// Searches that ended at the least cost, and all that were begun.
+    /// The number of searches that ended at the smallest cost, and of all searches.
     pub searches: (usize, usize),
     /// The simulated outputs of each run.
     pub simulated: Vec<Vec<Vec<f64>>>,
-    /// Whether other data was given to judge by.
+    /// Whether separate validation data was given.
     pub is_validated: bool,
-    /// What was found, in sentences.
+    /// The findings, in sentences.
     pub reasons: Vec<String>,
     /// The verdict.
     pub verdict: Verdict,
@@ -91,7 +91,7 @@ pub(crate) fn mean_square(values: &[f64]) -> f64 {
     values.iter().map(|it| it * it).sum::<f64>() / values.len().max(1) as f64
 }
 
-/// The fit, %, of an output on data that was not fitted; `None` where it hardly moves there beyond what is `left` elsewhere.
+/// The fit, %, of an output on data not used for fitting; `None` if it moves there by hardly more than the residual `left` elsewhere.
 pub(crate) fn informative<'a>(
     left: f64,
     runs: impl Iterator<Item = (&'a [f64], &'a [f64])> + Clone,
@@ -107,7 +107,7 @@ pub(crate) fn informative<'a>(
     fit_of(runs).filter(|_| moves)
 }
 
-/// The fit, %, of an output over runs, each about its own mean: measured values beside simulated ones.
+/// The fit, %, of an output over runs, each relative to its own mean: measured and simulated values.
 pub(crate) fn fit_of<'a>(runs: impl Iterator<Item = (&'a [f64], &'a [f64])>) -> Option<f64> {
     let (mut errors, mut spread) = (0.0, 0.0);
     for (measured, simulated) in runs {
@@ -121,8 +121,8 @@ pub(crate) fn fit_of<'a>(runs: impl Iterator<Item = (&'a [f64], &'a [f64])>) -> 
     fit_percent(errors, spread)
 }
 
-/// Fits the equations to runs. They are judged on `validation`, each run of which finds an initial state of its own; without it by
-/// a model of the first seven tenths of each run, on the rest.
+/// Fits the equations to runs. The result is validated on `validation`, with an initial state estimated for each run; without it by a model
+/// of the first seven tenths of each run, on the rest.
 ///
 /// # Errors
 /// [`EquationsError`]: equations without a number at the start, too little data, parameters that change nothing.
@@ -156,7 +156,7 @@ pub fn fit(
         return Err(match problem.simulated(&starts[0], true) {
             Err(Unfinished { time, stiff }) => EquationsError::Unfinished { time, stiff, at },
             Ok(_) => EquationsError::NotFinite {
-                entry: "what is left of the outputs".to_owned(),
+                entry: "the residual of the outputs".to_owned(),
                 when: "at the start".to_owned(),
                 at,
             },
@@ -198,7 +198,7 @@ pub fn fit(
     )
 }
 
-/// One over the noise of each output, or over its standard deviation.
+/// The inverse noise of each output, or its inverse standard deviation.
 fn first_weights(equations: &Equations, runs: &[Run]) -> Result<Vec<f64>, EquationsError> {
     let outputs = equations.outputs.iter().enumerate();
     let weight = |(output, of): (usize, &crate::model::OutputEquation)| {
@@ -227,7 +227,7 @@ fn named(sought: &[Unknown], theta: &DVector<f64>) -> String {
     each.collect::<Vec<_>>().join(", ")
 }
 
-/// Refuses equations without a number where the search and the first run begin.
+/// Refuses equations whose value is not finite at the start of the search and of the first run.
 fn check_start(equations: &Equations, run: &Run, sought: &[Unknown]) -> Result<(), EquationsError> {
     let starts: Vec<f64> = sought.iter().map(|it| it.start).collect();
     let parameters = equations.unknowns.len();
@@ -240,7 +240,7 @@ fn check_start(equations: &Equations, run: &Run, sought: &[Unknown]) -> Result<(
     equations.check_finite(&variables)
 }
 
-/// The fit of each output on data that was not fitted, %.
+/// The fit of each output on data not used for fitting, %.
 fn held_out(
     problem: &Problem<'_>,
     runs: &[Run],
@@ -382,7 +382,7 @@ fn judged(
     Ok(result)
 }
 
-/// A verdict, and what to do next: with a model that is good, or with one that is not.
+/// A verdict with the next step: `good` for a good model, `bad` otherwise.
 pub(crate) fn verdict_text(verdict: Verdict, good: String, bad: String) -> String {
     verdict.text(match verdict {
         Verdict::Good | Verdict::Usable => good,
@@ -392,25 +392,26 @@ pub(crate) fn verdict_text(verdict: Verdict, good: String, bad: String) -> Strin
 }
 
 impl EquationsFit {
-    /// The verdict, and what to do next with equations.
+    /// The verdict, and the next step with equations.
     #[must_use]
     pub fn verdict_text(&self) -> String {
         verdict_text(
             self.verdict,
             format!(
-                "keep the parameters: {}; look at it: {}",
+                "keep the parameters: {}; view the page: {}",
                 setting("model", "fitted.yaml"),
                 setting("html", "fit.html")
             ),
             format!(
-                "look at the page for where it fails: {}; an equation lacks something, or the search ended elsewhere: give parameters min and max, \
-                 between which several searches begin",
+                "see on the page where the fit fails: {}; an equation lacks something, or the \
+                 search ended elsewhere: give parameters min and max, between which several \
+                 searches begin",
                 setting("html", "fit.html")
             ),
         )
     }
 
-    /// Takes reasons and verdict.
+    /// Sets reasons and verdict.
     fn judge(&mut self, rows: usize, sought: usize) {
         let mut reasons = Vec::new();
         let is_few = rows < SAMPLES_PER_PARAMETER * sought;
@@ -422,8 +423,13 @@ impl EquationsFit {
         match self.searches {
             (same, begun) if same == begun => {}
             (same, begun) => reasons.push(format!(
-                "{same} of {begun} searches ended at this minimum: from the start, from the start by growing parts of the data{}",
-                if begun > 2 { ", from points between the bounds" } else { "" }
+                "{same} of {begun} searches ended at this minimum: from the start, from the start \
+                 by growing parts of the data{}",
+                if begun > 2 {
+                    ", from points between the bounds"
+                } else {
+                    ""
+                }
             )),
         }
         for of in &self.outputs {
@@ -431,13 +437,14 @@ impl EquationsFit {
                 .held_out_fit
                 .map_or("none".to_owned(), |it| format!("{it:.1} %"));
             let on = match self.is_validated {
-                true => "on the validation data, of which initial states alone are fitted",
+                true => "on the validation data, with only initial states fitted to it",
                 false => "on the last three tenths, by a model of the first seven",
             };
             reasons.push(format!("{}: simulated fit {held} {on}", of.name));
             if let Some(noise) = of.noise.filter(|it| of.left > MORE_THAN_NOISE * it) {
                 reasons.push(format!(
-                    "{}: {:.1} times the noise that was given is left; an equation lacks something, or the noise is larger",
+                    "{}: the residual is {:.1} times the given noise; an equation lacks \
+                     something, or the noise is larger",
                     of.name,
                     of.left / noise
                 ));
@@ -448,7 +455,7 @@ impl EquationsFit {
         let at_bound = all.filter(|it| it.is_at_bound);
         reasons.extend(at_bound.map(|it| {
             format!(
-                "{} lies at its bound {}: widen it, or fix the parameter there",
+                "{} is at its bound {}: widen the bound, or fix the parameter there",
                 it.unknown.name, it.value
             )
         }));
@@ -458,7 +465,7 @@ impl EquationsFit {
                 if of.abs() > CORRELATED {
                     let names = [j, i].map(|it| &self.parameters[it].unknown.name);
                     reasons.push(format!(
-                        "{} and {} are hardly told apart: their correlation is {of:.4}",
+                        "{} and {} can hardly be separated: their correlation is {of:.4}",
                         names[0], names[1]
                     ));
                 }

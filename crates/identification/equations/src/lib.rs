@@ -1,4 +1,4 @@
-//! State equations of one's own, fitted to samples at their stamps.
+//! User-defined state equations, fitted to samples at their original stamps.
 //!
 //! ```text
 //! EquationsFile -> Equations;   Equations + [Run] -> fit -> EquationsFit

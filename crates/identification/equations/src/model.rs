@@ -1,4 +1,4 @@
-//! A model of equations: names bound, every expression on one tape.
+//! A model of equations: names resolved, every expression on one tape.
 //!
 //! ```text
 //! x_dot = f(x, u, p, t),   y = h(x, u, p, t)
@@ -12,25 +12,25 @@ use crate::error::EquationsError;
 use crate::expression::{Names, Numbers, Root, Tape, is_reserved, parse};
 use crate::file::{EquationsFile, Initial, Output, Parameter, State, UNKNOWN};
 
-/// States, inputs, outputs and sought parameters at most, each.
+/// Maximum number of states, inputs, outputs and estimated parameters, each.
 const MOST: usize = 64;
 /// Time since the segment's first sample, s.
 const TIME: &str = "t";
 
-/// A number that is sought.
+/// An estimated number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unknown {
     /// Its name.
     pub name: String,
-    /// Where the search begins.
+    /// The initial guess.
     pub start: f64,
-    /// The least and the most it may be; infinite where nothing is said.
+    /// The minimum and the maximum; infinite if not given.
     pub bounds: (f64, f64),
-    /// Its unit, empty where none is said.
+    /// The unit; empty if not given.
     pub unit: String,
 }
 
-/// Where a state begins.
+/// The initial value of a state.
 #[derive(Clone, Debug)]
 pub(crate) enum Begin {
     Sought(Unknown),
@@ -48,9 +48,9 @@ pub(crate) struct OutputEquation {
 /// A model of equations.
 #[derive(Clone, Debug)]
 pub struct Equations {
-    /// As they are written.
+    /// The equations as in the file.
     pub file: EquationsFile,
-    /// The parameters that are sought.
+    /// The estimated parameters.
     pub unknowns: Vec<Unknown>,
     pub(crate) tape: Tape,
     pub(crate) derivatives: Vec<Root>,
@@ -59,11 +59,11 @@ pub struct Equations {
 }
 
 impl Equations {
-    /// Binds the names of a file.
+    /// Resolves the names of a file.
     ///
     /// # Errors
     /// [`EquationsError::Entry`]: a name that is unknown, stands twice or in no equation; definitions that go in a circle; what is
-    /// no expression; a parameter without a start, or with one outside of its bounds.
+    /// expression, or a parameter has no start, or one outside of its bounds.
     pub fn new(file: EquationsFile) -> Result<Self, EquationsError> {
         check_counts(&file)?;
         let mut unknowns = Vec::new();
@@ -140,13 +140,13 @@ impl Equations {
         self.derivatives.len()
     }
 
-    /// The slots of the sought parameters among the variables.
+    /// The slots of the estimated parameters among the variables.
     pub(crate) fn parameters(&self) -> std::ops::Range<usize> {
         let first = self.inputs() + self.states();
         first..first + self.unknowns.len()
     }
 
-    /// The initial states that are sought, with their numbers.
+    /// The estimated initial states, with their numbers.
     pub(crate) fn sought_states(&self) -> impl Iterator<Item = (usize, &Unknown)> {
         let begins = self.begins.iter().enumerate();
         begins.filter_map(|(state, it)| match it {
@@ -155,7 +155,7 @@ impl Equations {
         })
     }
 
-    /// Refuses equations that have no number, with the one and the values.
+    /// Refuses equations with a value that is not finite; the error names it and the variables' values.
     pub(crate) fn check_finite(&self, variables: &[f64]) -> Result<(), EquationsError> {
         let mut numbers = Numbers::default();
         self.tape.evaluate(variables, &mut numbers);
@@ -202,7 +202,7 @@ fn check_counts(file: &EquationsFile) -> Result<(), EquationsError> {
     Ok(())
 }
 
-/// Refuses a parameter or an input that no equation has.
+/// Refuses a parameter or an input that no equation uses.
 fn check_used<'a>(
     file: &EquationsFile,
     binder: &Binder<'_>,
@@ -221,14 +221,14 @@ fn check_used<'a>(
         if let Some(name) = names.first() {
             return Err(EquationsError::entry(
                 format!("{kind}: {name}"),
-                "it is in no equation; take it out, or correct its name where it belongs",
+                "no equation uses it; remove it, or correct its name in the equation",
             ));
         }
     }
     Ok(())
 }
 
-/// The tape while it is written.
+/// The state while the tape is written.
 struct TapeWriter<'a> {
     tape: Tape,
     names: Binder<'a>,
@@ -270,7 +270,8 @@ impl TapeWriter<'_> {
                     false => Ok(Begin::Given(root)),
                     true => Err(EquationsError::entry(
                         entry,
-                        "an initial state is 'unknown', a number, or an expression of parameters and inputs, none of states or t",
+                        "an initial state must be 'unknown', a number, or an expression of \
+                         parameters and inputs, without states or t",
                     )),
                 }
             }
@@ -304,7 +305,7 @@ fn known(name: &str, of: &Parameter, value: f64) -> Result<f64, EquationsError> 
     Ok(value)
 }
 
-/// The largest magnitude of a number of a file: the squares of such numbers are finite.
+/// The largest magnitude of a number in a file: the squares of such numbers are finite.
 const LARGEST: f64 = 1e100;
 
 /// Refuses a number that is too large, infinite or NaN.
@@ -313,7 +314,7 @@ fn in_range(entry: &str, field: &str, value: Option<f64>) -> Result<(), Equation
         return Ok(());
     };
     let without = match field {
-        "min" | "max" => format!("; without a bound leave {field} out"),
+        "min" | "max" => format!("; for no bound leave {field} out"),
         _ => String::new(),
     };
     let reason = format!(
@@ -343,7 +344,11 @@ fn bounded(entry: &str, name: String, of: &Parameter) -> Result<Unknown, Equatio
         (None, Some(min), Some(max)) if min > 0.0 => (min * max).sqrt(),
         (None, Some(min), Some(max)) => 0.5 * (min + max),
         _ => {
-            return refuse("start: VALUE, or min and max, say where the search begins; fixed: VALUE that it is known".to_owned());
+            return refuse(
+                "give a start (start: VALUE, or min and max), or a known value (fixed: \
+                VALUE)"
+                    .to_owned(),
+            );
         }
     };
     if !(bounds.0..=bounds.1).contains(&start) {
@@ -360,7 +365,7 @@ fn bounded(entry: &str, name: String, of: &Parameter) -> Result<Unknown, Equatio
     })
 }
 
-/// Refuses names that stand for two things, or are none.
+/// Refuses names that are used twice, or are invalid.
 fn check_names(file: &EquationsFile) -> Result<(), EquationsError> {
     let mut seen: BTreeMap<&str, &str> = BTreeMap::new();
     let named = |kind: &'static str, names: Vec<&String>| {
@@ -394,12 +399,12 @@ fn check_names(file: &EquationsFile) -> Result<(), EquationsError> {
     Ok(())
 }
 
-/// Knows the names while expressions are put onto the tape.
+/// Resolves names while expressions are added to the tape.
 struct Binder<'a> {
     slots: BTreeMap<&'a str, usize>,
     fixed: BTreeMap<&'a str, f64>,
     definitions: BTreeMap<&'a str, &'a str>,
-    /// The nodes that names have.
+    /// The nodes of names.
     nodes: BTreeMap<String, usize>,
     /// Definitions that are being read.
     open: Vec<String>,
@@ -422,10 +427,7 @@ impl Names for Binder<'_> {
         } else if let Some(text) = self.definitions.get(name).copied() {
             if self.open.iter().any(|it| it == name) {
                 let circle = [&self.open[..], &[name.to_owned()]].concat();
-                return Err(format!(
-                    "definitions go in a circle: {}",
-                    circle.join(" -> ")
-                ));
+                return Err(format!("definitions are circular: {}", circle.join(" -> ")));
             }
             self.open.push(name.to_owned());
             let found = parse(text, tape, self, depth);
@@ -439,7 +441,7 @@ impl Names for Binder<'_> {
             let known: Vec<&str> = known.chain(self.definitions.keys()).copied().collect();
             let meant = did_you_mean(name, known.iter().copied());
             return Err(format!(
-                "'{name}' is no input, state, parameter or definition{meant}"
+                "'{name}' is not an input, state, parameter or definition{meant}"
             ));
         };
         self.nodes.insert(name.to_owned(), node);

@@ -1,4 +1,4 @@
-//! Entries by name, in the order in which a file has them.
+//! Entries by name, in the order of the file.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -6,7 +6,7 @@ use std::marker::PhantomData;
 use serde::de::{Error, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Entries by name, in order. A list of names has entries of which nothing is said.
+/// Entries by name, in order. A list of names gives entries without contents.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Named<T>(pub Vec<(String, T)>);
 

@@ -1,4 +1,4 @@
-//! The equations on the runs of data: what is sought, the errors with their slopes, and searches for the least.
+//! The equations on the runs of data: the unknowns, the errors with their slopes, and searches for the minimum.
 
 use nalgebra::{DMatrix, DVector};
 use planesman_identification::estimators::{Search, Total, least};
@@ -7,19 +7,19 @@ use planesman_identification::on_all_cores;
 use crate::model::{Equations, Unknown};
 use crate::simulation::{Run, Simulated, Unfinished, simulate};
 
-/// Steps of a search.
+/// Settings of a search.
 const SEARCH: Search = Search {
     steps: 100,
     enough: 1e-10,
     radius: f64::INFINITY,
 };
-/// Points between the bounds, of which the best are starts.
+/// Number of points between the bounds, of which the best are starts.
 const POINTS: usize = 64;
 const STARTS: usize = 4;
-/// Parts of the runs that a search grows through.
+/// Growing parts of the runs for a search.
 const GROWTH: [f64; 3] = [0.04, 0.12, 0.35];
 
-/// Relative to its bounds, how near to one a parameter is at it.
+/// A parameter this near to a bound, relative to the range, is at it.
 const AT_BOUND: f64 = 1e-9;
 
 /// An output's errors by run, output unit, and its slopes, those of all runs one below the other.
@@ -29,9 +29,9 @@ pub(crate) type OutputErrors = (Vec<Vec<f64>>, DMatrix<f64>);
 pub(crate) struct Problem<'a> {
     pub(crate) equations: &'a Equations,
     pub(crate) runs: &'a [Run],
-    /// One over the noise of each output.
+    /// The inverse noise of each output.
     pub(crate) weights: Vec<f64>,
-    /// Everything sought: parameters, then the initial states of each run.
+    /// All unknowns: parameters, then the initial states of each run.
     pub(crate) sought: Vec<Unknown>,
 }
 
@@ -50,7 +50,7 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Of the parameters, and of the initial states of a run.
+    /// The places of the parameters and of the initial states of a run.
     pub(crate) fn places(&self, run: usize) -> Vec<usize> {
         let parameters = self.equations.unknowns.len();
         let states = self.equations.sought_states().count();
@@ -155,8 +155,8 @@ impl<'a> Problem<'a> {
         least(start, SEARCH, &|theta| self.total(theta), &within)
     }
 
-    /// What a start becomes on a growing part of each run. Over a short time a simulation that is out of step with the output by less than half
-    /// a turn finds its way; over a long one it settles for none.
+    /// Improves a start on growing parts of each run. Over a short time a simulation within half a period of the output converges to it;
+    /// over a long time it need not.
     pub(crate) fn grown(&self, start: &DVector<f64>) -> Option<DVector<f64>> {
         let mut theta = start.clone();
         for share in GROWTH {
@@ -173,7 +173,7 @@ impl<'a> Problem<'a> {
         (theta != *start).then_some(theta)
     }
 
-    /// Where searches begin: the start, and the best of points between the bounds.
+    /// Starts of searches: the given one, and the best of points between the bounds.
     pub(crate) fn starts(&self) -> Vec<DVector<f64>> {
         let start =
             DVector::from_iterator(self.sought.len(), self.sought.iter().map(|it| it.start));
@@ -213,7 +213,7 @@ impl<'a> Problem<'a> {
         value - low <= near || high - value <= near
     }
 
-    /// What is left of each output.
+    /// The residuals of each output.
     pub(crate) fn by_output(&self, theta: &DVector<f64>) -> Option<Vec<OutputErrors>> {
         let simulated = self.simulated(theta, true).ok()?;
         let outputs = (0..self.equations.outputs.len()).map(|output| {
@@ -251,7 +251,7 @@ impl<'a> Problem<'a> {
 
 const PRIMES: [usize; 12] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37];
 
-/// A number of the sequence of Halton (1960), which fills 0 to 1 evenly.
+/// An element of the Halton sequence (1960), which fills 0 to 1 evenly.
 fn halton(mut number: usize, base: usize) -> f64 {
     let (mut share, mut value) = (1.0, 0.0);
     while number > 0 {

@@ -3,22 +3,22 @@
 //! ```text
 //! x_dot = f,   S_dot = df/dx S + df/dp,   dy/dp = dh/dx S + dh/dp        S = dx/dp
 //! ```
-//! (Ljung, *System Identification*, 2nd ed. 1999, sec. 10.2; Hairer, Norsett and Wanner 1993, sec. I.14.) The method is that of
-//! Dormand and Prince of order 5 with an error estimate of order 4 (ibid., sec. II.5), which chooses the steps between two stamps
-//! by the states. The sensitivities go through the same steps, so they are the slopes of what is computed.
+//! (Ljung, *System Identification*, 2nd ed. 1999, sec. 10.2; Hairer, Norsett and Wanner 1993, sec. I.14.) The method is that of Dormand and
+//! Prince of order 5 with an error estimate of order 4 (ibid., sec. II.5), which chooses the steps between two stamps by the states'
+//! errors. The sensitivities use the same steps, so they are the slopes of the computed values.
 
 use planesman_identification::stop_point;
 
 use crate::expression::Numbers;
 use crate::model::{Begin, Equations};
 
-/// The error of a step, relative to the state.
+/// The allowed error of a step, relative to the state.
 const TOLERANCE: f64 = 1e-7;
-/// The size of a state that counts, relative to the largest it had.
+/// The smallest size of a state in the relative error, as a share of its largest value so far.
 const SMALL: f64 = 1e-3;
-/// The shortest step, relative to the interval between two stamps: at a corner of the equations none is short enough.
+/// The shortest step, relative to the interval between two stamps; at a corner of the equations no step would be short enough.
 const SHORTEST: f64 = 1e-4;
-/// Steps at most, on the mean of all intervals, and beside them.
+/// Maximum number of steps: per interval on average, and in addition.
 const MOST_STEPS: (usize, usize) = (100, 20_000);
 
 const NODES: [f64; 6] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0];
@@ -51,7 +51,7 @@ const WEIGHTS: [[f64; 6]; 6] = [
         11.0 / 84.0,
     ],
 ];
-/// The result less one of order 4: the weights of the six slopes and of the one at the end.
+/// The result minus one of order 4: the weights of the six slopes and of the one at the end.
 const ERROR: [f64; 7] = [
     71.0 / 57600.0,
     0.0,
@@ -62,7 +62,7 @@ const ERROR: [f64; 7] = [
     -1.0 / 40.0,
 ];
 
-/// Samples of a signal at their own times, s from the run's first, which rise.
+/// Samples of a signal at their own increasing times, s from the run's first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Track {
     /// Times, s.
@@ -81,13 +81,13 @@ impl Track {
         }
     }
 
-    /// The value that acts at a time, or the first; 0 without any.
+    /// The current value at a time, or the first; 0 without samples.
     #[must_use]
     pub fn at(&self, time: f64) -> f64 {
         self.values.get(self.acting(time)).copied().unwrap_or(0.0)
     }
 
-    /// The number of the sample that acts at a time, or the first.
+    /// The number of the current sample at a time, or the first.
     fn acting(&self, time: f64) -> usize {
         self.times
             .partition_point(|it| *it <= time)
@@ -95,24 +95,24 @@ impl Track {
     }
 }
 
-/// What an input does between its samples.
+/// The course of an input between its samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Between {
-    /// It is held.
+    /// Held until the next sample.
     #[default]
     Held,
-    /// It goes on a straight line to the next.
+    /// Linear to the next sample.
     Lines,
 }
 
-/// A stretch of data without gaps, with an initial state of its own.
+/// A part of the data without gaps, with its own initial state.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Run {
-    /// The inputs, in the order of the equations. Before its first sample an input has that value.
+    /// The inputs, in the order of the equations. Before its first sample an input has the value of that sample.
     pub inputs: Vec<Track>,
-    /// The outputs, likewise.
+    /// The outputs, in the order of the equations.
     pub outputs: Vec<Track>,
-    /// Inputs between their samples.
+    /// The course of inputs between their samples.
     pub between: Between,
 }
 
@@ -137,12 +137,12 @@ impl Run {
         self.outputs.iter().map(|it| it.times.len()).sum()
     }
 
-    /// The inputs at a time: what acts from then on.
+    /// The inputs that act from a time on.
     pub(crate) fn inputs_at(&self, time: f64) -> Vec<f64> {
         self.inputs.iter().map(|it| it.at(time)).collect()
     }
 
-    /// Every time at which something is measured or changes, from 0 to the last output.
+    /// All times at which a measurement is made or an input changes, from 0 to the last output.
     pub(crate) fn stamps(&self) -> Vec<f64> {
         let end = self.end();
         let all = self.inputs.iter().chain(&self.outputs);
@@ -155,24 +155,24 @@ impl Run {
     }
 }
 
-/// An output as it is simulated.
+/// A simulated output.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Simulated {
     pub(crate) values: Vec<f64>,
-    /// The slopes of each value over the parameters, then over the sought initial states; empty where none are asked for.
+    /// The slopes of each value by the parameters, then by the estimated initial states; empty if not requested.
     pub(crate) slopes: Vec<f64>,
 }
 
-/// A simulation under way.
+/// The state of a simulation.
 struct Integrator<'a> {
     equations: &'a Equations,
     numbers: Numbers,
     /// Inputs, states, parameters, time.
     variables: Vec<f64>,
     gradient: Vec<f64>,
-    /// Slopes of each state.
+    /// Number of slopes of each state.
     sought: usize,
-    /// The value and the slope of each input over the interval, and where it begins, s.
+    /// The value and the slope of each input over the interval, and the beginning of the interval, s.
     inputs: Vec<(f64, f64)>,
     from: f64,
 }
@@ -233,7 +233,7 @@ impl Integrator<'_> {
 }
 
 impl Integrator<'_> {
-    /// States and sensitivities at the beginning; the first sought initial state is the parameter of that number.
+    /// Initial states and sensitivities; the first estimated initial state has the parameter number `number`.
     fn beginning(&mut self, states: &[f64], mut number: usize) -> Vec<f64> {
         let (n, sought) = (states.len(), self.sought);
         let mut z = vec![0.0; n + n * sought];
@@ -257,7 +257,7 @@ impl Integrator<'_> {
         z
     }
 
-    /// Takes the inputs of the interval that begins at `time`, with the number of the sample of each that acts then.
+    /// Sets the inputs of the interval that begins at `time`; `acting` has the number of each input's current sample.
     fn take_inputs(&mut self, run: &Run, acting: &mut [usize], time: f64) {
         self.from = time;
         for ((input, track), acting) in self.inputs.iter_mut().zip(&run.inputs).zip(acting) {
@@ -279,7 +279,7 @@ impl Integrator<'_> {
         }
     }
 
-    /// Appends an output, and its slopes where they are asked for, after [`Self::put`].
+    /// Appends an output, and its slopes if requested, after [`Self::put`].
     fn measure(&mut self, output: usize, sensitivities: &[f64], to: &mut Simulated) {
         let root = &self.equations.outputs[output].root;
         to.values.push(self.numbers.value(root));
@@ -291,16 +291,16 @@ impl Integrator<'_> {
     }
 }
 
-/// Where a simulation ends before its data.
+/// The point at which a simulation stops before the end of its data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Unfinished {
     /// s
     pub time: f64,
-    /// Whether it took too many steps, or steps that were too long although the shortest; else a number is not finite.
+    /// Whether too many or too short steps would have been needed; otherwise a number is not finite.
     pub stiff: bool,
 }
 
-/// Simulates a run with parameters and sought initial states.
+/// Simulates a run with parameters and estimated initial states.
 ///
 /// # Errors
 /// [`Unfinished`].
@@ -369,20 +369,20 @@ pub(crate) fn simulate(
     }
 }
 
-/// A simulation's steps by the pair of Dormand and Prince, as long as the error of the states allows.
+/// The adaptive steps of a simulation by the pair of Dormand and Prince.
 struct Steps {
-    /// States, then their slopes: now, in a stage, after a step.
+    /// States, then their slopes: current, in a stage, after a step.
     z: Vec<f64>,
     at: Vec<f64>,
     after: Vec<f64>,
     stages: Vec<Vec<f64>>,
     /// The largest magnitude of each state so far.
     largest: Vec<f64>,
-    /// The length of the next, s.
+    /// The length of the next step, s.
     step: f64,
-    /// Steps that are left.
+    /// Number of steps left.
     left: usize,
-    /// Whether the shortest was too long.
+    /// Whether the shortest step was too long.
     stiff: bool,
 }
 
@@ -400,7 +400,7 @@ impl Steps {
         }
     }
 
-    /// Goes from one time to another.
+    /// Integrates from one time to another.
     fn advance(&mut self, of: &mut Integrator<'_>, time: f64, end: f64) -> Result<(), Unfinished> {
         let mut now = time;
         while now < end && !self.largest.is_empty() {
@@ -443,7 +443,7 @@ impl Steps {
         Ok(())
     }
 
-    /// Computes what is after a step of length `h`, and its error over the one that is allowed.
+    /// Computes the state after a step of length `h`, and its error over the allowed one.
     fn attempt(&mut self, of: &mut Integrator<'_>, now: f64, h: f64) -> f64 {
         let n = self.largest.len();
         of.derivatives(now, &self.z, &mut self.stages[0]);
@@ -482,7 +482,7 @@ impl Steps {
     }
 }
 
-/// Where the states of a run begin.
+/// The initial states of a run.
 pub(crate) fn initial_states(
     equations: &Equations,
     parameters: &[f64],

@@ -153,7 +153,7 @@ fn bounds_hold_and_are_told_and_the_best_of_several_starts_counts() {
         found
             .reasons
             .iter()
-            .any(|it| it.contains("b lies at its bound 1.5"))
+            .any(|it| it.contains("b is at its bound 1.5"))
     );
     let text = FIRST_ORDER.replace("{start: 0.3, min: 0.01}", "{min: 0.01, max: 100}");
     let found = fit(&equations(&text).unwrap(), &[noisy(0.1)], &[]).unwrap();
@@ -176,14 +176,14 @@ fn what_is_no_model_is_refused_with_entry_and_remedy() {
         (
             "b*u",
             "b*u*k",
-            "'k' is no input, state, parameter or definition",
+            "'k' is not an input, state, parameter or definition",
         ),
         (
             "-a*x + b*u",
             "-a*x + u",
-            "parameters: b: it is in no equation",
+            "parameters: b: no equation uses it",
         ),
-        ("-a*x + b*u", "-a*x + b", "inputs: u: it is in no equation"),
+        ("-a*x + b*u", "-a*x + b", "inputs: u: no equation uses it"),
         (
             "start: 0.3",
             "start: 0.001",
@@ -192,12 +192,12 @@ fn what_is_no_model_is_refused_with_entry_and_remedy() {
         (
             "{start: 1}",
             "{min: 1}",
-            "parameters: b: start: VALUE, or min and max",
+            "parameters: b: give a start (start: VALUE, or min and max)",
         ),
         (
             "{start: 1}",
             "{min: -.inf, max: 2}",
-            "parameters: b: min: -inf refused: a number from -1e100 to 1e100 is expected; without a bound leave min out",
+            "parameters: b: min: -inf refused: a number from -1e100 to 1e100 is expected; for no bound leave min out",
         ),
         (
             "{start: 1}",

@@ -1,13 +1,13 @@
-//! A transfer function in s, fitted to samples at their stamps by output error: no grid, no resampling.
+//! A transfer function in s, fitted to samples at their original stamps by output error, without resampling.
 //!
 //! ```text
 //! y = B(s)/A(s) e^(-tau s) (u - u0) + M(s)/A(s) impulse + offset,     A = s^n + d_(n-1) s^(n-1) + ... + d_0
 //! xi_k = s^k/A e^(-tau s) (u - u0),   psi_k = s^k/A impulse,   eta_k = s^k/A (y - offset)
 //! dy/db_k = xi_k,   dy/dm_k = psi_k,   dy/dd_k = -eta_k,   dy/dtau = -dy_u/dt + h(t) (u - u0)(-tau)
 //! ```
-//! `M` is the free motion with which a run begins, `u0` the input's first value, `y_u` the part of the input, `h = sum b_k psi_k` the
-//! impulse response. The search begins at equations of least squares in filtered signals (state variable filters; Young 1981; Garnier and
-//! Wang, *Identification of Continuous-time Models from Sampled Data*, 2008, ch. 1).
+//! `M` is the initial free motion of a run, `u0` the input's first value, `y_u` the response to the input, `h = sum b_k psi_k` the impulse
+//! response. The search begins with least squares on filtered signals (state variable filters; Young 1981; Garnier and Wang,
+//! *Identification of Continuous-time Models from Sampled Data*, 2008, ch. 1).
 
 use nalgebra::{DMatrix, DVector};
 use planesman_identification::analysis::{GOOD, SAMPLES_PER_PARAMETER, USABLE, Verdict};
@@ -21,11 +21,11 @@ use crate::error::EquationsError;
 use crate::fit::{FITTED, fit_of, informative, mean_square, verdict_text};
 use crate::simulation::{Between, Run};
 
-/// Orders that are tried where none is given.
+/// Orders tried if none is given.
 const ORDERS: std::ops::RangeInclusive<usize> = 1..=4;
-/// A larger order is taken for so much of held-out fit, %.
+/// A larger order is chosen if it improves the held-out fit by this much, %.
 const WORTH: f64 = 0.5;
-/// Filters that searches begin with, delays in usual intervals, and searches without a delay.
+/// Number of filters at which searches begin, delays in usual intervals, and number of searches without a delay.
 const FILTERS: usize = 7;
 const DELAYS: [f64; 8] = [0.0, 0.5, 1.5, 3.0, 6.0, 12.0, 25.0, 50.0];
 const STARTS: usize = 3;
@@ -35,25 +35,25 @@ const SEARCH: Search = Search {
     radius: f64::INFINITY,
 };
 
-/// What is sought.
+/// Options of the fit.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TransferOptions {
-    /// Poles; `None` for the least order that is nearly as good as the best of 1 to 4.
+    /// Number of poles; `None` for the lowest order that is nearly as good as the best of 1 to 4.
     pub order: Option<usize>,
-    /// Coefficients of the numerator; `None` for one or as many as poles, likewise.
+    /// Number of numerator coefficients; `None` to choose between one and the number of poles.
     pub numerator: Option<usize>,
-    /// Without a dead time.
+    /// Whether the dead time is 0.
     pub no_delay: bool,
-    /// Without an offset.
+    /// Whether the offset is 0.
     pub no_offset: bool,
-    /// From rest, with the input 0 before the first sample.
+    /// Whether the data begins at rest, with the input 0 before the first sample.
     pub at_rest: bool,
 }
 
 /// A transfer function in s.
 #[derive(Clone, Debug)]
 pub struct TransferFit {
-    /// `d_0 ... d_(n-1), b_0 ... b_m`, then the dead time, s, where it is sought.
+    /// `d_0 ... d_(n-1), b_0 ... b_m`, then the dead time, s, if estimated.
     pub parameters: Vec<f64>,
     /// Their covariance.
     pub covariance: DMatrix<f64>,
@@ -61,25 +61,25 @@ pub struct TransferFit {
     pub order: usize,
     /// Coefficients of the numerator.
     pub numerator: usize,
-    /// The longest dead time that was looked at, s; `None` where none was sought.
+    /// The upper limit of the search for the dead time, s; `None` if it was not estimated.
     pub longest_delay: Option<f64>,
-    /// Whether the dead time is 0, or the longest that was looked at.
+    /// Whether the dead time is at 0, or at the upper limit.
     pub is_delay_at_bound: bool,
-    /// The offset of each run: the output where the input is 0, for a model that settles.
+    /// The offset of each run: the output at an input of 0, for a model that settles.
     pub offsets: Vec<f64>,
     /// Simulated output of each run.
     pub simulated: Vec<Vec<f64>>,
-    /// Fit of all of the data, %.
+    /// Fit on all data, %.
     pub fit: Option<f64>,
-    /// Fit of data that was not fitted, %.
+    /// Fit on data not used for fitting, %.
     pub held_out_fit: Option<f64>,
-    /// Root mean square of what is left.
+    /// Root mean square of the residual.
     pub left: f64,
     /// Samples.
     pub samples: usize,
-    /// Orders and coefficients of the numerator that were tried, with their held-out fit, %.
+    /// Tried orders and numbers of numerator coefficients, with their held-out fit, %.
     pub tried: Vec<(usize, usize, Option<f64>)>,
-    /// Whether other data was given to judge by.
+    /// Whether separate validation data was given.
     pub is_validated: bool,
     /// The verdict.
     pub verdict: Verdict,
@@ -93,14 +93,14 @@ impl TransferFit {
         std::iter::once(1.0).chain(low_first.copied()).collect()
     }
 
-    /// The numerator, the highest power first.
+    /// The numerator, highest power first.
     #[must_use]
     pub fn numerator(&self) -> Vec<f64> {
         let of = &self.parameters[self.order..self.order + self.numerator];
         of.iter().rev().copied().collect()
     }
 
-    /// The dead time and its standard deviation, s; 0 where none was sought.
+    /// The dead time and its standard deviation, s; 0 if it was not estimated.
     #[must_use]
     pub fn delay(&self) -> (f64, f64) {
         let at = self.order + self.numerator;
@@ -110,12 +110,13 @@ impl TransferFit {
         }
     }
 
-    /// The verdict, and what to do next with a transfer function in s.
+    /// The verdict, and the next step with a transfer function in s.
     #[must_use]
     pub fn verdict_text(&self) -> String {
         if self.verdict == Verdict::ParametersUndetermined {
             return self.verdict.text(format!(
-                "dead time and zeros stand in for each other: fewer coefficients, {}, or none: {}",
+                "dead time and zeros can replace each other: use fewer coefficients, {}, or no \
+                 dead time: {}",
                 setting("numerator", 1),
                 setting("delay", 0)
             ));
@@ -123,12 +124,14 @@ impl TransferFit {
         verdict_text(
             self.verdict,
             format!(
-                "look at it: {}; a sampled model for the simulator and the controller: without {}",
+                "view the page: {}; for a sampled model for the simulator and the controller \
+                 leave out {}",
                 setting("html", "model.html"),
                 option("continuous")
             ),
             format!(
-                "look at the page for where it fails: {}; then another {}, or equations of your own: {}",
+                "see on the page where the fit fails: {}; then try another {}, or your own \
+                 equations: {}",
                 setting("html", "model.html"),
                 option("order"),
                 setting("equations", "FILE")
@@ -136,10 +139,10 @@ impl TransferFit {
         )
     }
 
-    /// The poles, 1/s, the slowest first, a pair once.
+    /// The poles, 1/s, slowest first, one of each pair.
     ///
     /// # Errors
-    /// When they cannot be found.
+    /// If they cannot be computed.
     pub fn poles(&self) -> Result<Vec<Uncertain>, EquationsError> {
         let denominator = self.denominator();
         let derivative = polynomial::derivative(&denominator);
@@ -178,7 +181,7 @@ impl TransferFit {
     }
 }
 
-/// The runs with what is sought of them.
+/// The runs and their unknowns.
 struct Problem<'a> {
     runs: &'a [Run],
     options: TransferOptions,
@@ -201,7 +204,7 @@ impl Problem<'_> {
         }
     }
 
-    /// Parameters of the model.
+    /// Number of the model's parameters.
     fn common(&self) -> usize {
         self.n + self.m + usize::from(!self.options.no_delay)
     }
@@ -226,7 +229,7 @@ impl Problem<'_> {
         !self.options.no_delay && (delay <= 0.0 || delay >= self.longest_delay)
     }
 
-    /// Offset and free motion of a run.
+    /// Offset and initial free motion of a run.
     fn of_run(&self, theta: &DVector<f64>, run: usize) -> (f64, Vec<f64>) {
         let first = self.common() + run * self.own();
         let free = first + usize::from(!self.options.no_offset);
@@ -241,7 +244,7 @@ impl Problem<'_> {
         }
     }
 
-    /// Simulated outputs, one run below the other, and their slopes where they are wanted.
+    /// Simulated outputs, one run below the other, and their slopes on request.
     fn simulated(
         &self,
         theta: &DVector<f64>,
@@ -352,7 +355,7 @@ impl Problem<'_> {
         )
     }
 
-    /// The denominator that filtered signals have by least squares, `1/(s + omega)^n` the filter.
+    /// The denominator from least squares on signals filtered by `1/(s + omega)^n`.
     fn denominator(&self, omega: f64, delay: f64) -> Option<Vec<f64>> {
         let n = self.n;
         let d = repeated(omega, n);
@@ -394,7 +397,7 @@ impl Problem<'_> {
         Some(found.as_slice()[..n].to_vec())
     }
 
-    /// The rest of the parameters that goes best with a denominator and a dead time.
+    /// With a given denominator and dead time, computes the other parameters by least squares.
     fn completed(&self, d: &[f64], delay: f64) -> Option<(DVector<f64>, f64)> {
         let mut theta = DVector::zeros(self.count());
         theta.rows_mut(0, self.n).copy_from_slice(d);
@@ -465,8 +468,8 @@ fn repeated(omega: f64, n: usize) -> Vec<f64> {
     d
 }
 
-/// The transfer function from one input to one output. It is judged on `validation`, each run of which finds an offset and a free motion of
-/// its own; without it by a model of the first seven tenths of each run, on the rest.
+/// The transfer function from one input to one output. The result is validated on `validation`, with an offset and a free motion estimated
+/// for each run; without it by a model of the first seven tenths of each run, on the rest.
 ///
 /// # Errors
 /// [`EquationsError`]: too little data, an output that does not move, or no model that is simulated at all.
@@ -615,7 +618,7 @@ fn of_order(
     Ok(found)
 }
 
-/// Of all parameters, for residuals of any colour. A parameter without slopes has none.
+/// The covariance of all parameters, for residuals of any colour. A parameter without slopes has zero covariance.
 fn covariance(
     slopes: DMatrix<f64>,
     residuals: &[Vec<f64>],
@@ -641,7 +644,7 @@ fn covariance(
     Ok(coloured_covariance(&unit, slopes, residuals, variance))
 }
 
-/// The fit on data that was not fitted, %.
+/// The fit on data not used for fitting, %.
 fn held_out(
     problem: &Problem<'_>,
     validation: &[Run],

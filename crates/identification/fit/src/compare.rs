@@ -1,4 +1,4 @@
-//! Model files of any origin judged on data, beside each other.
+//! Validates model files from any source on data and compares them.
 
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
@@ -17,15 +17,15 @@ use crate::options::{GridOptions, PreparationOptions, SignalOptions};
 use crate::record::Expected;
 use crate::rules::check_ahead;
 
-/// Frequencies of a response.
+/// Number of frequencies in a response.
 const FREQUENCIES: usize = 200;
 
 /// The options of [`compare`].
 ///
-/// Each is the option of that name of `planesman sysid compare`; docs/sysid.md says more.
+/// Each field is the option of the same name of `planesman sysid compare`; docs/sysid.md explains them.
 #[derive(Clone, Debug)]
 pub struct CompareOptions {
-    /// The models, each by its file's path, or by any name.
+    /// The models, each with its file's path or any other name.
     pub models: Vec<(PathBuf, ModelFile)>,
     /// The data.
     pub data: DataOptions,
@@ -33,11 +33,11 @@ pub struct CompareOptions {
     pub input: Option<String>,
     /// The output signal; `None` for that of the models.
     pub output: Option<String>,
-    /// The grid; without a rate that of the first model.
+    /// The grid; without a rate, the grid of the first model.
     pub grid: GridOptions,
     /// How the record is prepared.
     pub preparation: PreparationOptions,
-    /// How many samples ahead predictions are judged, 1 to 1000 each.
+    /// Prediction horizons in samples, 1 to 1000 each.
     pub ahead: Vec<usize>,
 }
 
@@ -55,30 +55,30 @@ impl Default for CompareOptions {
     }
 }
 
-/// Models on one record.
+/// Models validated on one record.
 #[derive(Clone, Debug)]
 pub struct Comparison {
-    /// The record, and how it was made.
+    /// The record, and how it was prepared.
     pub prepared: PreparedRecord,
-    /// The models, in the order in which they were given.
+    /// The models, in the given order.
     pub models: Vec<Compared>,
 }
 
-/// A model and the judgement on it.
+/// A model and its judgement.
 #[derive(Clone, Debug)]
 pub struct Compared {
-    /// Its name in the tables.
+    /// Name of the model in the tables.
     pub name: String,
-    /// The method that found it.
+    /// The method that estimated the model.
     pub method: String,
-    /// What it does on the data.
+    /// The model's performance on the data.
     pub judgement: Judgement,
 }
 
-/// Reads the data and judges the models on it. `progress` is told how far it has come.
+/// Reads the data and validates the models on it. `progress` receives the progress.
 ///
 /// # Errors
-/// Models of different signals, data without the signals, a model of another sampling interval.
+/// If models have different signals, the data lacks a signal, or a model has another sampling interval.
 pub fn compare(options: &CompareOptions, progress: &dyn Progress) -> Result<Comparison, FitError> {
     let models = &options.models;
     let (path, first) = models.first().ok_or(FitError::NoModel)?;
@@ -118,7 +118,7 @@ pub fn compare(options: &CompareOptions, progress: &dyn Progress) -> Result<Comp
 }
 
 impl CompareOptions {
-    /// The signals on the grid of a model.
+    /// The signals, resampled to the grid of a model.
     pub(crate) fn read(
         &self,
         signals: &SignalOptions,
@@ -144,7 +144,7 @@ impl CompareOptions {
     }
 }
 
-/// A signal that was asked for, or else that of the models.
+/// The requested signal, or else the models' own.
 fn signal(
     models: &[(PathBuf, ModelFile)],
     asked: Option<&String>,
@@ -164,7 +164,7 @@ fn signal(
     }
 }
 
-/// A name as short as it can be: the file's without folder and ending, or its path where two are the same.
+/// The shortest unique name: the file's name without folder and ending, or its path if two are equal.
 pub(crate) fn name(path: &Path, paths: &[PathBuf]) -> String {
     let same = |it: &&PathBuf| it.file_stem() == path.file_stem();
     match paths.iter().filter(same).count() {
@@ -174,7 +174,7 @@ pub(crate) fn name(path: &Path, paths: &[PathBuf]) -> String {
 }
 
 impl Compared {
-    /// Its numbers, with their standard errors.
+    /// The model's numbers, with their standard errors.
     #[must_use]
     pub fn reading(&self) -> Reading<'_> {
         Reading::new(&self.judgement.estimate, self.judgement.longest)
@@ -186,7 +186,7 @@ impl Compared {
         self.judgement.estimate.layout.structure.delay
     }
 
-    /// The poles in s, the slowest first, of a pair the upper one.
+    /// The poles in s, slowest first; of a pair the upper one.
     #[must_use]
     pub fn poles(&self) -> Vec<Uncertain> {
         let mut poles = self.reading().continuous_poles().unwrap_or_default();
@@ -195,7 +195,7 @@ impl Compared {
         poles
     }
 
-    /// The tests of the residual: what it should be, and the correlations.
+    /// The tests of the residual: the tested property and the correlations.
     #[must_use]
     pub fn tests(&self) -> Vec<(&'static str, Correlation)> {
         let tests = self.judgement.residuals.iter();
@@ -210,12 +210,12 @@ pub struct Response {
     pub omega: f64,
     /// Output unit per input unit.
     pub value: Uncertain,
-    /// Its phase, unwrapped from the lowest frequency on, degrees.
+    /// The phase, unwrapped from the lowest frequency on, degrees.
     pub phase: f64,
 }
 
 impl Response {
-    /// The magnitude, so many standard deviations up, dB.
+    /// The magnitude plus `sigmas` standard deviations, dB.
     #[must_use]
     pub fn magnitude(&self, sigmas: f64) -> f64 {
         let size = self.value.value.modulus();
@@ -224,8 +224,8 @@ impl Response {
     }
 }
 
-/// The response at frequencies from 1/3000 of the Nyquist frequency up to it; those where it is 0 or has no bound left
-/// out.
+/// The response at frequencies from 1/3000 of the Nyquist frequency up to it. Frequencies are left out if the response is 0 there or has no
+/// bound.
 #[must_use]
 pub fn frequency_response(reading: &Reading<'_>, sample_time: f64) -> Vec<Response> {
     let nyquist = PI / sample_time;
@@ -244,7 +244,7 @@ pub fn frequency_response(reading: &Reading<'_>, sample_time: f64) -> Vec<Respon
     .collect()
 }
 
-/// The frequency response of each; the phases of all begin within half a turn of the first's.
+/// The frequency response of each model; all phases begin within half a turn of the first model's.
 #[must_use]
 pub fn frequency_responses(models: &[Compared]) -> Vec<Vec<Response>> {
     let mut first: Option<f64> = None;

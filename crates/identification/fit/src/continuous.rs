@@ -1,4 +1,4 @@
-//! A transfer function in s, fitted to data at its stamps.
+//! A transfer function in s, fitted to data at its original stamps.
 
 use planesman_equations::{Run, TransferFit, TransferOptions, fit_transfer};
 use planesman_linear::rows;
@@ -16,14 +16,15 @@ pub struct ContinuousResult {
     pub data: StampedRuns,
     /// The transfer function.
     pub fit: TransferFit,
-    /// What was found, in sentences; the last is the verdict.
+    /// The findings, in sentences; the last is the verdict.
     pub sentences: Vec<String>,
 }
 
-/// Reads the data and fits a transfer function in s. Of the structure order, numerator, a delay of 0, offset and rest count.
+/// Reads the data and fits a transfer function in s. Only these options of the structure have an effect: order, numerator, a delay of 0,
+/// offset and rest.
 ///
 /// # Errors
-/// Options that say nothing of it, data that cannot be read, too little data.
+/// If options do not apply to a transfer function in s, the data cannot be read, or there is too little data.
 pub fn fit_continuous(
     options: &FitOptions,
     progress: &dyn Progress,
@@ -67,7 +68,8 @@ pub fn fit_continuous(
             None => format!("{order}, {numerator} (none)"),
         });
         sentences.push(format!(
-            "{} poles and {} coefficients of the numerator are the least within half a per cent of the best held-out fit, of {}",
+            "{} poles and {} numerator coefficients are the fewest with a held-out fit within \
+             half a per cent of the best, of {}",
             fit.order,
             fit.numerator,
             tried.collect::<Vec<_>>().join("; ")
@@ -77,12 +79,16 @@ pub fn fit_continuous(
         .held_out_fit
         .map_or("none".to_owned(), |it| format!("{it:.1} %"));
     let on = match fit.is_validated {
-        true => "on the validation data, of which offset and free motion alone are fitted",
+        true => "on the validation data, with only offset and initial state fitted to it",
         false => "on the last three tenths, by a model of the first seven",
     };
     sentences.push(format!("simulated fit {held} {on}"));
     if fit.longest_delay.is_some_and(|most| fit.delay().0 >= most) {
-        sentences.push("the dead time is the longest that was looked at, 50 intervals or a quarter of the record".to_owned());
+        sentences.push(
+            "the dead time is at the upper limit of the search (50 intervals or a \
+            quarter of the record)"
+                .to_owned(),
+        );
     }
     sentences.push(fit.verdict_text());
     Ok(ContinuousResult {
@@ -93,10 +99,10 @@ pub fn fit_continuous(
 }
 
 impl ContinuousResult {
-    /// Everything but the data's numbers, as `--json` prints it.
+    /// The output of `--json`, without the information on the data.
     ///
     /// # Errors
-    /// When the poles cannot be found.
+    /// If the poles cannot be computed.
     pub fn as_json(&self) -> Result<Value, FitError> {
         let fit = &self.fit;
         let (delay, of_delay) = fit.delay();

@@ -1,4 +1,4 @@
-//! Where the data lies: files that are opened, or columns in memory.
+//! The data source: files to open, or columns in memory.
 
 use std::path::PathBuf;
 
@@ -10,10 +10,10 @@ use planesman_units::Dimension;
 use crate::declaration::{OptionGroup, Range, options};
 use crate::error::FitError;
 
-/// Columns by name, all of one length; NaN is a sample that is not there.
+/// Columns by name, all of the same length; NaN is a missing sample.
 pub type Columns = Vec<(String, Vec<f64>)>;
 
-/// What is read.
+/// The data source.
 #[derive(Clone, Debug)]
 pub enum Sources {
     /// Bag folders, `metadata.yaml` files, `.mcap` and `.db3` files of a split bag, tables, logs.
@@ -29,28 +29,28 @@ impl Default for Sources {
 }
 
 options! {
-    /// What is read, and how its time is.
+    /// The data source, and how its time stamps are read.
     #[derive(Clone, Debug)]
     pub struct DataOptions in "Data" {
         /// The data.
         sources: Sources;
-        /// Time stamps: of the message headers, or of the recorder (log) [default: header if all messages have one]
+        /// Time stamps: from the message headers, or from the recorder (log) [default: header if all messages have one]
         stamp: Option<Clock> = None;
         /// CSV column of time [default: time, t, stamp or timestamp, else a first column that rises from row to row]
         time: Option<String> = None, value: "COLUMN", excludes: Some("sample_time");
-        /// Unit of the time column of a CSV file [default: the one that its name ends in, as t_ms; else s]
+        /// Unit of the time column of a CSV file [default: the unit at the end of its name, as t_ms; else s]
         time_unit: Option<TimeUnit> = None, excludes: Some("sample_time");
         /// Interval between two rows of a CSV file without a time (s, or with its unit: 100ms)
         sample_time: Option<f64> = None, value: "TIME", range: Range::Quantity(Dimension::Time, 1e-6, 1e6);
-        /// Read of each file of a bag at most so many MB once it is unpacked: a small file can unpack to thousands of times its size
+        /// Read at most this many MB (decompressed) of each file of a bag: a small file can unpack to thousands of times its size
         most_unpacked: Option<usize> = None, value: "MB", range: Range::Count(1..=1_000_000_000);
     }
 }
 
-/// The data is an argument of each front end.
+/// Each front end takes the data as an argument.
 impl OptionGroup for Sources {}
 
-/// The result of `read`, which is handed what it tells of the bytes that it has read of so many.
+/// Runs `read` with a callback that reports bytes read and bytes in total.
 pub(crate) fn reading<R>(
     of: u64,
     progress: &dyn Progress,
@@ -66,7 +66,7 @@ pub(crate) fn reading<R>(
 }
 
 impl DataOptions {
-    /// These files and folders.
+    /// Data from these files and folders.
     pub fn files<P: Into<PathBuf>>(paths: impl IntoIterator<Item = P>) -> Self {
         Self {
             sources: Sources::Files(paths.into_iter().map(Into::into).collect()),
@@ -74,7 +74,7 @@ impl DataOptions {
         }
     }
 
-    /// Columns in memory.
+    /// Data from columns in memory.
     #[must_use]
     pub fn columns(columns: Columns) -> Self {
         Self {
@@ -93,7 +93,7 @@ impl DataOptions {
         }
     }
 
-    /// All of the data as one source.
+    /// All data as one source.
     pub(crate) fn open(&self) -> Result<Box<dyn Source>, FitError> {
         self.opened(match &self.sources {
             Sources::Files(paths) => paths.clone(),
@@ -101,8 +101,8 @@ impl DataOptions {
         })
     }
 
-    /// One by one: the parts of a split bag belong together, and tables of which each has some of the signals; every other path is
-    /// a source of its own.
+    /// Splits the data into sources. The parts of a split bag are one source, and so are tables that have different signals; every other
+    /// path is a separate source.
     pub(crate) fn each(&self, signals: &[String]) -> Result<Vec<Box<dyn Source>>, FitError> {
         let paths = match &self.sources {
             Sources::Files(paths) if !paths.iter().all(|path| is_table(path)) => paths,

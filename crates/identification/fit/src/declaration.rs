@@ -1,4 +1,4 @@
-//! Options that are declared once: the library's checks, the command line and Python read the declaration.
+//! Options with a single declaration, which the library's checks, the command line and Python read.
 
 use std::ops::RangeInclusive;
 
@@ -11,13 +11,13 @@ use crate::rules::{FINITE, Rule, Span, whole};
 /// An option's declaration.
 #[derive(Debug)]
 pub struct Declaration {
-    /// Its name, that of the field.
+    /// Name of the option and of its field.
     pub name: &'static str,
     /// The lines of its doc comment.
     pub(crate) lines: &'static [&'static str],
     /// The section of the help that lists it.
     pub section: &'static str,
-    /// What stands for its value in the help; if empty, the name in capitals.
+    /// The placeholder for the value in the help; if empty, the name in capitals.
     pub value: &'static str,
     /// Its letter.
     pub short: Option<char>,
@@ -25,67 +25,67 @@ pub struct Declaration {
     pub alias: Option<&'static str>,
     /// Its range.
     pub range: Range,
-    /// An option that it needs.
+    /// Another option that this one requires.
     pub needs: Option<&'static str>,
-    /// An option that excludes it.
+    /// Another option that must not be given with this one.
     pub excludes: Option<&'static str>,
-    /// Only a sampled model of one input and one output has it.
+    /// Whether the option applies only to a sampled model with one input and one output.
     pub of_one: bool,
-    /// Only signals on a grid have it.
+    /// Whether the option applies only to signals on a grid.
     pub of_grid: bool,
     /// Its type.
     pub(crate) kind: fn() -> Kind,
 }
 
-/// The values that an option takes, where its type has more.
+/// The allowed values, if the type allows more.
 #[derive(Debug)]
 pub enum Range {
-    /// All of its type.
+    /// All values of the type.
     Any,
     /// Whole numbers.
     Count(RangeInclusive<i64>),
     /// Numbers.
     Number(Rule),
-    /// Numbers from a least to a most, SI; text may have another unit of the dimension.
+    /// A range of a quantity, in SI; text may use another unit of the dimension.
     Quantity(Dimension, f64, f64),
-    /// Pairs of edges.
+    /// Pairs of a lower and an upper bound.
     Span(Span),
 }
 
-/// A type of options.
+/// The type of an option's value.
 #[derive(Debug)]
 pub struct Kind {
     /// Its name in Python.
     python: &'static str,
-    /// The words it consists of; none for other types.
+    /// The allowed words; empty for other types.
     pub words: Vec<Word>,
-    /// How many values an option of it takes.
+    /// How many values the option takes.
     pub takes: Takes,
     /// Whether a value may begin with a hyphen.
     pub hyphen: bool,
-    /// Reads a value and forgets it.
+    /// Checks a value without storing it.
     pub accept: fn(&str, &Range) -> Result<(), RuleError>,
 }
 
 /// How many values an option takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Takes {
-    /// It is a flag.
+    /// None: the option is a flag.
     Nothing,
     /// One.
     One,
-    /// One each time that it is given.
+    /// One at each occurrence of the option.
     Several,
 }
 
-/// A word that an option takes.
+/// A word that an option accepts.
 #[derive(Clone, Copy, Debug)]
 pub struct Word {
     /// The word.
     pub name: &'static str,
     /// Its help.
     pub about: &'static str,
-    /// Other words for the same.
+    /// Synonyms of the word.
     pub also: &'static [&'static str],
 }
 
@@ -113,7 +113,7 @@ impl Declaration {
         }
     }
 
-    /// Its doc comment. `write` words the options in backticks: a name, perhaps with a value, as in `` `method frf` ``.
+    /// The option's doc comment. `write` formats the options in backticks: a name, or a name with a value as in `` `method frf` ``.
     #[must_use]
     pub fn doc(&self, write: fn(&str, Option<&str>) -> String) -> String {
         let lines: Vec<&str> = self.lines.iter().map(|it| it.trim()).collect();
@@ -132,7 +132,7 @@ impl Declaration {
         (self.kind)()
     }
 
-    /// Its type in Python.
+    /// Python's name of the type.
     #[must_use]
     pub fn python(&self) -> String {
         let kind = self.kind();
@@ -150,9 +150,9 @@ impl Declaration {
     }
 }
 
-/// Options that belong together.
+/// A group of options.
 pub trait OptionGroup: Default {
-    /// Each option and its value. A field without a declaration has none.
+    /// Each option with its value. Fields without a declaration are not included.
     fn values(&self) -> Vec<(&'static Declaration, &dyn Slot)> {
         Vec::new()
     }
@@ -169,7 +169,7 @@ pub trait OptionGroup: Default {
         default.values().into_iter().map(|it| it.0).collect()
     }
 
-    /// Takes a value as it is written; of an option that takes several, a further one.
+    /// Parses a value and stores it; an option with several values adds it to the list.
     ///
     /// # Errors
     /// [`FitError::Value`].
@@ -189,7 +189,7 @@ pub trait OptionGroup: Default {
         given.map(|(value, _)| value.0).collect()
     }
 
-    /// Checks each value, and which are given together.
+    /// Checks each value, and required and conflicting options.
     ///
     /// # Errors
     /// [`FitError::Value`], [`FitError::Needs`], [`FitError::Excludes`].
@@ -212,36 +212,36 @@ pub trait OptionGroup: Default {
     }
 }
 
-/// The value of an option: one, one that may be left out, or several.
+/// The value of an option: a single value, an optional value, or several.
 pub trait Slot {
     /// Its type.
     fn kind() -> Kind
     where
         Self: Sized;
-    /// Takes a value as it is written, or a further one.
+    /// Parses a value and stores or adds it.
     ///
     /// # Errors
     /// [`RuleError`].
     fn put(&mut self, text: &str, range: &Range) -> Result<(), RuleError>;
-    /// What it contains, as it would be written.
+    /// The value as text, one entry for each.
     fn written(&self) -> Vec<String>;
-    /// Checks what it contains.
+    /// Checks the value.
     ///
     /// # Errors
-    /// What is written, and why it is refused.
+    /// The value as text, and the reason why it is refused.
     fn check(&self, range: &Range) -> Result<(), (String, RuleError)>;
 }
 
-/// One value of an option.
+/// A single value of an option.
 pub trait Value: Sized {
-    /// Its type in Python.
+    /// Python's name of the type.
     const PYTHON: &'static str;
     /// How many values an option of this type takes.
     const TAKES: Takes = Takes::One;
-    /// Whether it may begin with a hyphen: a number, that the range may refuse.
+    /// Whether a value may begin with a hyphen; true also for numbers that the range may refuse.
     const HYPHEN: bool = true;
 
-    /// The words it consists of.
+    /// The allowed words.
     #[must_use]
     fn words() -> Vec<Word> {
         Vec::new()
@@ -253,10 +253,10 @@ pub trait Value: Sized {
     /// [`RuleError`].
     fn read(text: &str, range: &Range) -> Result<Self, RuleError>;
 
-    /// As [`read`](Self::read) reads it.
+    /// The value as [`read`](Self::read) parses it.
     fn written(&self) -> String;
 
-    /// Checks a value that was not read.
+    /// Checks a value that was not parsed from text.
     ///
     /// # Errors
     /// [`RuleError`].
@@ -420,10 +420,10 @@ impl Value for String {
     }
 }
 
-/// The one of `all` with this name.
+/// The item of `all` with this name.
 ///
 /// # Errors
-/// [`RuleError::Own`] with the names that there are.
+/// [`RuleError::Own`], with a list of the allowed names.
 pub fn choose<T: Copy>(
     text: &str,
     all: &[T],
@@ -438,7 +438,7 @@ pub fn choose<T: Copy>(
     })
 }
 
-/// Types of few values as values of options, each with the other names of a value.
+/// Makes enumerations usable as values of options; the second argument gives synonyms of a value.
 macro_rules! choices {
     ($($type:ty, $also:expr;)*) => {$(
         impl $crate::declaration::Value for $type {
@@ -465,8 +465,9 @@ macro_rules! choices {
     )*};
 }
 
-/// A struct of options. A field with a default is an option: behind the default follow those fields of its [`Declaration`] that differ from
-/// the usual, its doc comment is the help of all front ends. A field without one is a group of options, or a value that is not an option.
+/// Defines a struct of options. A field with a default is an option. Its doc comment is the help of all front ends, and after the default
+/// follow the fields of its [`Declaration`] that differ from the usual. A field without a default is a group of options, or a value that is
+/// not an option.
 macro_rules! options {
     (
         $(#[$meta:meta])*

@@ -1,4 +1,4 @@
-//! State equations of one's own, fitted to data.
+//! User-defined state equations, fitted to data.
 
 use planesman_equations::{
     Equations, EquationsFile, EquationsFit, EstimatedParameter, Initial, fit,
@@ -12,7 +12,7 @@ use crate::error::FitError;
 use crate::options::FitOptions;
 use crate::stamped::StampedRuns;
 
-/// Options that equations answer themselves.
+/// Options whose values the equations define.
 const OF_STRUCTURE: [&str; 5] = ["order", "numerator", "delay", "no_offset", "at_rest"];
 
 /// Equations fitted to data.
@@ -24,11 +24,11 @@ pub struct EquationsResult {
     pub fit: EquationsFit,
 }
 
-/// Reads the data and fits the equations. Of the options the signals count, each `NAME=SIGNAL` or, of a model with one, `SIGNAL`, and the
-/// data with its windows. A signal that is not named is the one of the file, or has the name of the input or output.
+/// Reads the data and fits the equations. Of the options, only the signals and the data with its windows are used. Each signal is
+/// `NAME=SIGNAL`, or `SIGNAL` for a single input or output. An unnamed signal is that of the file, or has the name of the input or output.
 ///
 /// # Errors
-/// Equations that are refused, a signal of none of their names, options that say nothing of equations, data that cannot be read.
+/// If the equations are invalid, a signal matches none of their names, an option does not apply to equations, or the data cannot be read.
 pub fn fit_equations(
     options: &FitOptions,
     file: EquationsFile,
@@ -39,7 +39,7 @@ pub fn fit_equations(
     if let Some(option) = given.iter().find(|it| OF_STRUCTURE.contains(&it.name)) {
         return Err(FitError::NotOf(
             option.name,
-            "equations, which stand in their file",
+            "equations, which define it in their file",
         ));
     }
     let equations = Equations::new(file)?;
@@ -62,7 +62,7 @@ pub fn fit_equations(
     Ok(EquationsResult { data, fit })
 }
 
-/// The signal of each name: the one that is given, that of the file, or the name itself.
+/// The signal for each name: the given one, that of the file, or the name itself.
 fn bound(
     option: &'static str,
     of: Vec<(String, Option<String>)>,
@@ -97,10 +97,10 @@ fn bound(
 }
 
 impl EquationsResult {
-    /// Everything but the data's numbers, as `--json` prints it.
+    /// The output of `--json`, without the information on the data.
     ///
     /// # Errors
-    /// None that is known: the file is of values that JSON has.
+    /// Never in practice: the file contains only values that JSON can represent.
     pub fn as_json(&self) -> Result<Value, FitError> {
         let fit = &self.fit;
         let found = |it: &EstimatedParameter| {
@@ -149,7 +149,7 @@ impl EquationsResult {
         }))
     }
 
-    /// The equations with the parameters that were found as their start, and the noise that is left.
+    /// The equations with the estimated parameters as their start, and the remaining noise.
     #[must_use]
     pub fn file(&self) -> EquationsFile {
         let mut file = self.fit.equations.file.clone();
@@ -287,15 +287,15 @@ parameters: {a: {start: 1, min: 0.01}, b: {start: 1}}
         for (change, said) in [
             (
                 (&|it: &mut FitOptions| it.structure.order = Some(2)) as &dyn Fn(&mut FitOptions),
-                "order says nothing of equations",
+                "order does not apply to equations",
             ),
             (
                 &|it| it.signals.grid.rate = Some(10.0),
-                "rate says nothing of a fit at the stamps",
+                "rate does not apply to a fit at the original stamps",
             ),
             (
                 &|it| it.signals.other_inputs = vec!["v=x".to_owned()],
-                "'u' is named twice",
+                "'u' is given twice",
             ),
             (&|it| it.signals.output = "speed".to_owned(), "speed"),
         ] {

@@ -1,6 +1,6 @@
-//! Why there is no model, or no comparison.
+//! Reasons why there is no model or no comparison.
 //!
-//! A sentence names an option by its field, which each front end writes as its user does ([`planesman_text::Wording`]).
+//! A message names an option by its field; each front end writes the name in its own form ([`planesman_text::Wording`]).
 
 use std::error::Error;
 use std::fmt::Display;
@@ -13,10 +13,10 @@ use planesman_identification::estimators::{Form, Method, Property};
 use planesman_model_file::Refusal;
 use planesman_text::{option, setting};
 
-/// Why there is no model, or no comparison.
+/// Reasons why there is no model or no comparison.
 #[derive(Debug, thiserror::Error)]
 pub enum FitError {
-    /// A value that an option does not take.
+    /// An option has an invalid value.
     #[error(
         "invalid value '{value}' for '{}': {rule}",
         planesman_text::option(option)
@@ -29,71 +29,71 @@ pub enum FitError {
         /// Why.
         rule: RuleError,
     },
-    /// An option without another that it needs.
+    /// An option requires another one.
     #[error("{} needs {}", option(.0), option(.1))]
     Needs(&'static str, &'static str),
-    /// Two options that exclude each other.
+    /// Two options exclude each other.
     #[error("{} excludes {}", option(.0), option(.1))]
     Excludes(&'static str, &'static str),
-    /// A structure for a method whose structure is the vehicle's.
-    #[error("{}: order, delay and zeros are given by the vehicle's equations", setting("method", .0.name()))]
+    /// A structure is given, but the method uses the vehicle's equations.
+    #[error("{}: order, delay and zeros follow from the vehicle's equations; leave them out", setting("method", .0.name()))]
     StructureOfVehicle(Method),
-    /// A structure for a method whose structure is its form's.
+    /// A structure is given, but the method uses the form of a process model.
     #[error(
-        "{}: order, delay and integrators are those of its form, {}",
+        "{}: order, delay and integrators follow from its form; choose {}",
         setting("method", "process"),
         setting("process", forms())
     )]
     StructureOfProcess,
-    /// A form of process model for another method.
-    #[error("{} is for {}; {} takes {} and {}", option("process"), setting("method", "process"), .0.name(), option("order"), option("delay"))]
+    /// A form of process model with another method.
+    #[error("{} needs {}; {} uses {} and {}", option("process"), setting("method", "process"), .0.name(), option("order"), option("delay"))]
     NotProcess(Method),
-    /// A coherence for another method.
-    #[error("{} is for {}; {} takes all frequencies", option("coherence"), setting("method", "frf"), .0.name())]
+    /// A coherence with another method.
+    #[error("{} needs {}; {} uses all frequencies", option("coherence"), setting("method", "frf"), .0.name())]
     NotFrequency(Method),
-    /// Numerators of their own for the method that has one response.
+    /// Separate numerators with the frequency method, which has one response for all segments.
     #[error(
-        "{}: {} has one response of all segments; fit them one by one with {}",
+        "{}: {} computes one response for all segments; fit each segment separately with {}",
         option("own_numerators"),
         setting("method", "frf"),
         option("window")
     )]
     OneResponse,
-    /// Coefficients of a vehicle for a method that has no use for them.
+    /// Coefficients of a vehicle with a method that does not use them.
     #[error(
-        "{} and {} are for {} and kalman",
+        "{} and {} need {} or kalman",
         option("heave"),
         option("vehicle"),
         setting("method", "vehicle")
     )]
     NoVehicle,
-    /// A numerator of a model without a denominator.
+    /// A number of numerator coefficients for a model without a denominator.
     #[error(
-        "{} has no denominator: {} is the number of its coefficients",
+        "{} has no denominator: use {} for the number of its coefficients",
         setting("method", "fir"),
         option("order")
     )]
     NumeratorOfFir,
-    /// An order above the largest of a model with poles, which only a finite impulse response has.
+    /// The order is above the maximum for models with poles; only a finite impulse response allows more.
     #[error(
-        "{}: {} at most, but for {}",
+        "{} may be at most {}, except with {}",
         option("order"), .0,
         setting("method", "fir")
     )]
     Order(usize),
-    /// A static gain by a method that has none.
-    #[error("{}, a static gain, is none of {}: name {} or more, or another method", setting("order", 0), setting("method", .0.name()), setting("order", 1))]
+    /// A static gain with a method that cannot fit one.
+    #[error("{} is a static gain, which {} cannot fit: use {} or more, or another method", setting("order", 0), setting("method", .0.name()), setting("order", 1))]
     NoStatic(Method),
-    /// A static curve beside a method that has none.
+    /// A static curve together with options or a method that exclude one.
     #[error(
-        "{} is for one input of a linear model without {}; {} is then one of {}",
+        "{} needs one input and a linear model without {}; then {} may be {}",
         option("curve"),
         option("reference"),
         option("method"),
         Method::all_with(Property::TakesCurve).map(Method::name).collect::<Vec<_>>().join(", ")
     )]
     NoCurve,
-    /// A model file with a static curve that is none.
+    /// The model file's static curve is invalid.
     #[error("{}: {reason}", .model.display())]
     Curve {
         /// The file.
@@ -101,69 +101,71 @@ pub enum FitError {
         /// Why.
         reason: Refusal,
     },
-    /// A signal that is named twice.
-    #[error("'{0}' is named twice; name each signal once")]
+    /// A signal is given twice.
+    #[error("signal '{0}' is given twice; name each signal once")]
     Twice(String),
-    /// A method of one input and one output.
+    /// A method for one input and one output, with several.
     #[error(
-        "{} is for one input and one output; several take automatic, output_error and box_jenkins, which choose order and delay \
-         of each channel", setting("method", .0)
+        "{} is for one input and one output; for several use automatic, output_error or \
+         box_jenkins, which choose order and delay of each channel", setting("method", .0)
     )]
     MethodOfSeveral(&'static str),
-    /// An option of one input and one output.
+    /// An option for one input and one output, with several.
     #[error("{} is for one input and one output; leave it out, or name one {} and one {}", option(.0), option("input"), option("output"))]
     OfOne(&'static str),
-    /// Several signals for a fit of one input and one output.
-    #[error("several inputs or outputs are named: fit_several takes them")]
+    /// Several signals in a fit of one input and one output.
+    #[error("several inputs or outputs are given: use fit_several")]
     Several,
-    /// Equations that are refused, or not fitted.
+    /// Equations that are invalid or cannot be fitted.
     #[error(transparent)]
     Equations(#[from] EquationsError),
-    /// An option that says nothing of equations.
-    #[error("{} says nothing of {}; leave it out", option(.0), .1)]
+    /// An option that does not apply to equations.
+    #[error("{} does not apply to {}; leave it out", option(.0), .1)]
     NotOf(&'static str, &'static str),
-    /// A model file of a model that has no sampling interval.
+    /// A continuous-time model, which a model file cannot store.
     #[error(
-        "{} writes models of a sampling interval, and {} has none: {} has its numbers, and without {} a model is written",
+        "{} cannot store the continuous-time model of {}: use {}, or leave out {}",
         option("model"),
         option("continuous"),
         option("json"),
         option("continuous")
     )]
     NoSampledModel,
-    /// A delay in samples for a model that has none.
+    /// A delay in samples for a continuous-time model.
     #[error(
-        "{} counts samples, of which a transfer function in s has no interval: {} is no dead time, without it one is sought",
+        "{} counts samples, but a transfer function in s has none: use {} for no dead time, or \
+         leave the option out to estimate it",
         option("delay"),
         setting("delay", 0)
     )]
     DelayInSamples,
-    /// A signal for an input or output that is none of the equations.
+    /// A signal for an input or output that the equations do not have.
     #[error(
-        "{}: the equations have the {option}s {}; write {}, NAME one of them",
+        "{} has no known name: the equations have the {option}s {}; write {} with one of these \
+         names",
         setting(option, given), names.join(", "), setting(option, "NAME=SIGNAL")
     )]
     Binding {
         /// input or output.
         option: &'static str,
-        /// What was given.
+        /// The given text.
         given: String,
         /// The names.
         names: Vec<String>,
     },
-    /// No stretch of data has all outputs and inputs.
+    /// No time interval of the data has all outputs and inputs.
     #[error(
-        "{}: there is no stretch of time in which all outputs, and the inputs before them, are known: planesman sysid topics shows when each is; \
-         a longer {} joins stretches", .0, option("max_gap"))]
+        "{}: at no time are all outputs and their earlier inputs known together. See each \
+         signal's times with planesman sysid topics; a longer {} joins segments", .0, option("max_gap"))]
     NoStretch(String),
-    /// Options of the recursive methods for another.
+    /// Options of the recursive methods with another method.
     #[error(
         "{} and {} are for the recursive methods, as {}; {} uses all samples at once",
         option("forgetting"), option("initial_covariance"), setting("method", "recursive_least_squares"), .0.name()
     )]
     NotRecursive(Method),
-    /// A window to fit with samples of the one to validate.
-    #[error("{} overlaps {}: samples that were fitted validate nothing",
+    /// The window to fit overlaps the window for validation.
+    #[error("{} overlaps {}: validation needs samples that were not fitted",
         setting("window", format!("{}..{}", window.0, window.1)),
         setting("validation", format!("{}..{}", validation.0, validation.1)))]
     Overlap {
@@ -175,10 +177,10 @@ pub enum FitError {
     /// No data was given.
     #[error("no data")]
     NoData,
-    /// No signal was named.
-    #[error("no signal is named")]
+    /// No signal is given.
+    #[error("no signal is given")]
     NoSignal,
-    /// Data that cannot be read.
+    /// The data cannot be read.
     #[error(transparent)]
     Data(Box<dyn Error + Send + Sync>),
     /// A record without dynamics, or one that cannot be filtered.
@@ -187,35 +189,35 @@ pub enum FitError {
     /// No validation.
     #[error("the validation data")]
     Validation(#[source] Box<Self>),
-    /// A record that determines no model.
+    /// The record does not determine a model.
     #[error(transparent)]
     Identification(#[from] IdentificationError),
-    /// All methods were tried.
-    #[error("no method finds a model")]
+    /// All methods failed.
+    #[error("no method found a model")]
     NoMethod,
-    /// A frequency response of a model that was fitted otherwise.
+    /// A frequency response is requested from another method.
     #[error(
-        "{} writes what {} measures: ask for that",
+        "{} needs {}: the response is computed by this method only",
         option("response"),
         setting("method", "frf")
     )]
     NoResponse,
-    /// Nothing to compare.
-    #[error("a model file is needed, *.json or *.yaml, as sysid fit writes it")]
+    /// No model to compare.
+    #[error("no model file is given; give a *.json or *.yaml file written by sysid fit --model")]
     NoModel,
-    /// Models of different signals.
-    #[error("{} is of '{}', {} of '{}': {} says which of the data's signals they are judged on",
+    /// The models have different signals.
+    #[error("{} has the signal '{}', {} has '{}': choose the data's signal for both with {}",
         first.0.display(), first.1, other.0.display(), other.1, setting(option, "SIGNAL"))]
     Signals {
-        /// The option that says which.
+        /// The option that chooses the signal.
         option: &'static str,
         /// A model and its signal.
         first: (PathBuf, String),
         /// Another.
         other: (PathBuf, String),
     },
-    /// Data that a model's grid does not suit.
-    #[error("{} asks for a grid of {sample_time} s", model.display())]
+    /// The data cannot be resampled to a model's grid.
+    #[error("{} needs a grid of {sample_time} s", model.display())]
     Grid {
         /// The model.
         model: PathBuf,
@@ -224,8 +226,8 @@ pub enum FitError {
         /// Why.
         source: Box<Self>,
     },
-    /// A model that cannot be judged on the data.
-    #[error("{} ({} makes a grid for it)", model.display(), setting("rate", rate))]
+    /// The model cannot be validated on the data.
+    #[error("{} ({} resamples the data to its grid)", model.display(), setting("rate", rate))]
     Judgement {
         /// The model.
         model: PathBuf,
@@ -250,12 +252,12 @@ impl FitError {
     }
 }
 
-/// The forms of a process model.
+/// The names of the process forms.
 fn forms() -> String {
     Form::ALL.map(Form::name).join(", ")
 }
 
-/// Why an option does not take a value.
+/// Why a value is invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RuleError {
     /// No number.
@@ -264,36 +266,37 @@ pub enum RuleError {
     /// An infinite number, or NaN.
     #[error("'{0}' is not finite")]
     NotFinite(String),
-    /// A number out of range; what is in it.
+    /// A number out of range; the text names the range.
     #[error("{0}")]
     Range(&'static str),
     /// A count out of range.
     #[error("{0} is not in {1:?}")]
     Count(i128, RangeInclusive<i64>),
-    /// Another number of coefficients of heave.
+    /// The number of heave coefficients is not four.
     #[error("expected four numbers: NU,ZETA,ETA,EPSILON")]
     NotFour,
-    /// No pair of edges; what is one.
+    /// The text is not a pair of bounds; the second text says what is expected.
     #[error("'{0}' {1}")]
     NotASpan(String, &'static str),
-    /// The upper edge first.
+    /// The upper bound comes first.
     #[error("'{0}' is reversed; write {2}..{1}")]
     Reversed(String, f64, f64),
-    /// Neither data nor a window to validate on.
-    #[error("there is no file or folder '{0}', and it is no window FROM..TO either")]
+    /// Neither a data source nor a window for validation.
+    #[error("'{0}' is neither an existing file or folder nor a window FROM..TO")]
     NoValidation(String),
-    /// Words that are no input.
+    /// An input in words that cannot be parsed.
     #[error(
-        "it is no signal of the data, and as an input in words {expected} is expected at character {place}; write VALUE[UNIT] from TIME, as \
-         '12V from 0.1s', '0 to 12V at 0.1s' or '5 from 1s, 0 from 4s'"
+        "neither a signal of the data nor an input in words ({expected} is expected at character \
+         {place}); write VALUE[UNIT] from TIME, as '12V from 0.1s', '0 to 12V at 0.1s' or '5 from \
+         1s, 0 from 4s'"
     )]
     NotAnInput {
         /// The character, from 1.
         place: usize,
-        /// What is expected there.
+        /// The text expected there.
         expected: String,
     },
-    /// A rule of the one who reads the value.
+    /// A rule of the reader of the value.
     #[error("{0}")]
     Own(String),
 }

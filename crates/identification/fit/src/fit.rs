@@ -1,4 +1,4 @@
-//! A model from data, with uncertainty, tests and a verdict.
+//! Fits a model to data, with uncertainty, tests and a verdict.
 
 use planesman_text::setting;
 use std::time::Instant;
@@ -30,29 +30,29 @@ const FASTER: f64 = 1.5;
 /// A model and its record.
 #[derive(Debug)]
 pub struct FitResult {
-    /// The record, and how it was made.
+    /// The record, and how it was prepared.
     pub prepared: PreparedRecord,
-    /// The record it was judged on, where one was given.
+    /// The validation record, if given.
     pub validation: Option<PreparedRecord>,
     /// The model with its uncertainty, tests and verdict.
     pub analysis: Analysis,
-    /// All methods that were tried, where all were asked for.
+    /// All tried methods, if all were requested.
     pub tried: Vec<Trial>,
 }
 
-/// The data of a fit, read once: several models may be fitted to it.
+/// The data of a fit, read once to fit several models.
 #[derive(Clone, Debug)]
 pub struct FitData {
-    /// The record, and how it was made.
+    /// The record, and how it was prepared.
     pub prepared: PreparedRecord,
-    /// The record that models are judged on, where one was given.
+    /// The validation record, if given.
     pub validation: Option<PreparedRecord>,
 }
 
-/// Reads the data and identifies the model. `progress` is told how far it has come.
+/// Reads the data and identifies the model. `progress` receives the progress.
 ///
 /// # Errors
-/// Options that do not go together, a vehicle that is refused, data that cannot be read, a record that determines no model.
+/// If options conflict, the vehicle is invalid, the data cannot be read, or the record does not determine a model.
 pub fn fit(options: &FitOptions, progress: &dyn Progress) -> Result<FitResult, FitError> {
     let data = FitData::read(options, progress)?;
     let (analysis, tried) = data.analysed(options, progress)?;
@@ -63,7 +63,7 @@ impl FitData {
     /// Reads the data.
     ///
     /// # Errors
-    /// Options that do not go together, a vehicle that is refused, data that cannot be read.
+    /// If options conflict, the vehicle is invalid, or the data cannot be read.
     pub fn read(options: &FitOptions, progress: &dyn Progress) -> Result<Self, FitError> {
         // Refused before anything is read.
         options.check()?;
@@ -80,10 +80,10 @@ impl FitData {
         })
     }
 
-    /// The model of the method that is asked for.
+    /// Fits a model by the requested method.
     ///
     /// # Errors
-    /// Options that do not go together, a record that determines no model.
+    /// If options conflict, or the record does not determine a model.
     pub fn fit(
         &self,
         options: &FitOptions,
@@ -135,7 +135,7 @@ impl FitData {
             && let Some(means) = options.signals.means_of_motion()?
         {
             let told = format!(
-                "{means} has the mean over each interval, which needs no guess: {}",
+                "{means} has the mean over each interval, which needs no assumption: {}",
                 setting("input", &means)
             );
             result.analysis.reasons.insert(0, Reason::Data(told));
@@ -146,7 +146,7 @@ impl FitData {
 }
 
 impl FitOptions {
-    /// The record to fit, and the one to judge the model on.
+    /// The record to fit, and the validation record.
     pub(crate) fn read(
         &self,
         progress: &dyn Progress,
@@ -202,7 +202,7 @@ impl FitOptions {
 }
 
 impl FitResult {
-    /// Says at the verdict what was found of the clock.
+    /// Adds findings about the clock to the verdict.
     fn judge_clock(&mut self) {
         let readings = std::iter::once(&self.prepared).chain(&self.validation);
         let readings: Vec<_> = readings.map(|it| &it.reading).collect();
@@ -218,7 +218,7 @@ impl FitResult {
         }
     }
 
-    /// Everything but the record's numbers, as `--json` prints it.
+    /// The output of `--json`, without the information on the record.
     ///
     /// # Errors
     /// As [`FitResult::model_file`].
@@ -290,7 +290,7 @@ impl FitResult {
     /// The model as a file that other programs load.
     ///
     /// # Errors
-    /// When poles or zeros cannot be found.
+    /// If poles or zeros cannot be computed.
     pub fn model_file(&self) -> Result<ModelFile, FitError> {
         Ok(ModelFile {
             preparation: self
@@ -303,7 +303,7 @@ impl FitResult {
         })
     }
 
-    /// The frequency response as a table of comma-separated values, of the method that has one.
+    /// The frequency response as CSV text, if the method has one.
     ///
     /// # Errors
     /// [`FitError::NoResponse`]: another method.
@@ -316,7 +316,7 @@ impl FitResult {
     /// The longest run, measured and simulated.
     ///
     /// # Errors
-    /// None of a result of [`fit`].
+    /// Never for a result of [`fit`].
     pub fn simulated(&self) -> Result<Simulated<'_>, FitError> {
         Ok(Simulated::new(
             &self.analysis,
@@ -325,7 +325,7 @@ impl FitResult {
     }
 }
 
-/// What was found, with the data it was found in, as JSON.
+/// The findings together with the data, as JSON.
 pub(crate) fn with_data(
     mut found: Value,
     prepared: &PreparedRecord,
@@ -350,7 +350,7 @@ pub(crate) fn with_data(
     found
 }
 
-/// What was found of the clock, and of signals that are two things in turns.
+/// Findings about the clock, and about signals that alternate between two sources.
 pub(crate) fn data_warnings(readings: &[&Reading]) -> Vec<Reason> {
     // A window for validation is read from the same data, and says the same.
     let mut told: Vec<Reason> = Vec::new();
@@ -366,7 +366,7 @@ pub(crate) fn data_warnings(readings: &[&Reading]) -> Vec<Reason> {
     told
 }
 
-/// A verdict, in the light of what was found so.
+/// A verdict, downgraded by these findings.
 pub(crate) fn downgrade_verdict(readings: &[&Reading], verdict: Verdict) -> Verdict {
     let is_none = matches!(
         verdict,
@@ -388,7 +388,7 @@ pub(crate) fn downgrade_verdict(readings: &[&Reading], verdict: Verdict) -> Verd
     }
 }
 
-/// A candidate of the default method and its fit by cross-validation, %.
+/// A candidate of the default method with its cross-validated fit, %.
 fn selected(of: &Candidate) -> Value {
     json!({
         "kind": of.kind.name(),

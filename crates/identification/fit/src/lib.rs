@@ -1,21 +1,22 @@
-//! Models from data, as a library: what `planesman sysid` computes, without a command line, without printing.
+//! Models from data, as a library: the computations of `planesman sysid` without command line and output.
 //!
 //! ```text
 //! FitOptions     -> fit     -> FitResult     CompareOptions -> compare -> Comparison
 //! SamplesOptions -> samples -> every sample  DataOptions    -> survey  -> Survey
 //! ```
-//! - [`FitOptions`], [`DataOptions`]: plain values with defaults; [`fit`] refuses what does not go together ([`FitError`]).
+//! - [`FitOptions`], [`DataOptions`]: plain values with defaults. [`fit`] refuses conflicting options ([`FitError`]).
 //! - [`FitData`]: the data of a fit, read once for several models.
-//! - [`FitResult`], [`model_file`], [`Simulated`]: the model, as a file that other programs load, and on its data.
-//! - [`fit_continuous`]: a transfer function in s, on the stamps themselves.
-//! - [`fit_equations`]: state equations of one's own, on the stamps themselves.
-//! - [`fit_several`], [`compare_several`]: the same of several inputs and outputs.
-//! - [`Comparison`], [`Compared`]: model files of any origin judged on data.
+//! - [`FitResult`]: the model with its verdict. [`model_file`]: the model as a file that other programs load. [`Simulated`]: the model
+//!   simulated on its data.
+//! - [`fit_continuous`]: a transfer function in s, fitted at the original stamps.
+//! - [`fit_equations`]: user-defined state equations, fitted at the original stamps.
+//! - [`fit_several`], [`compare_several`]: the same for several inputs and outputs.
+//! - [`Comparison`], [`Compared`]: model files from any source, validated on data.
 //! - [`declaration`]: the options, each declared once for the library and its front ends.
-//! - [`rules`]: the values that options take.
+//! - [`rules`]: the allowed values of options.
 //!
-//! Each is told to a [`Progress`](planesman_parallel::Progress), which may be `()`, and ends at its next stop point when it is
-//! asked to ([`until_stopped`](planesman_parallel::until_stopped)).
+//! Each function reports to a [`Progress`](planesman_parallel::Progress), which may be `()`, and can be cancelled at its stop points
+//! ([`until_stopped`](planesman_parallel::until_stopped)).
 //!
 //! ```
 //! use planesman_fit::{DataOptions, FitOptions, SignalOptions, StructureOptions, fit};

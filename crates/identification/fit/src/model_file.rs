@@ -1,4 +1,4 @@
-//! A model as a file that other programs load.
+//! Writes a model as a file that other programs load.
 
 use planesman_identification::analysis::{Analysis, Curved, Reason, Verdict};
 use planesman_identification::estimators::{
@@ -14,10 +14,10 @@ use planesman_model_file::{
     StaticCurve as StaticCurveFile,
 };
 
-/// The model file: what other programs load.
+/// The content of a model file.
 ///
 /// # Errors
-/// When poles or zeros cannot be found.
+/// If poles or zeros cannot be computed.
 pub fn from_analysis(analysis: &Analysis) -> Result<ModelFile, IdentificationError> {
     let of = GivenModel::new(&analysis.estimate, analysis.longest);
     let reading = analysis.reading();
@@ -66,7 +66,7 @@ pub fn from_analysis(analysis: &Analysis) -> Result<ModelFile, IdentificationErr
     })
 }
 
-/// The continuous model with the same response to a held input.
+/// The continuous model with the same response under zero-order hold.
 pub(crate) fn in_s(model: &Model) -> Option<Continuous> {
     let it = continuous(model).ok()?;
     Some(Continuous {
@@ -117,10 +117,10 @@ fn curve(file: &StaticCurveFile) -> Result<(Side, StaticCurve), Refusal> {
     Ok((side, curve))
 }
 
-/// The model of a file, to be judged on data.
+/// The model of a file, for validation on data.
 ///
 /// # Errors
-/// [`Refusal::CurveParameters`], of a static curve.
+/// [`Refusal::CurveParameters`], if the static curve is invalid.
 pub fn given(file: &ModelFile) -> Result<GivenModel, Refusal> {
     let by_equation = Method::all_with(Property::HasNoiseInEquation).map(Method::name);
     let mut by_equation = by_equation.chain([Kind::Arx.name()]);
@@ -146,7 +146,7 @@ pub fn given(file: &ModelFile) -> Result<GivenModel, Refusal> {
     })
 }
 
-/// A channel of a file of several inputs, to be judged on data.
+/// A channel of a file with several inputs, for validation on data.
 pub(crate) fn given_channel(channel: &ChannelModel, sample_time: f64) -> GivenModel {
     GivenModel {
         sample_time,

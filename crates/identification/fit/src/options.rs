@@ -1,4 +1,4 @@
-//! The options of a fit, and which of them go together.
+//! The options of a fit, and their valid combinations.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -23,19 +23,19 @@ use crate::rules::{
 };
 use crate::steps_in_words::StepsInWords;
 
-/// The largest order of a model with poles.
+/// The maximum order of a model with poles.
 const MAX_ORDER: usize = 20;
 
 options! {
     /// The options of [`fit`](crate::fit).
     ///
-    /// Each is the option of that name of `planesman sysid fit`; docs/sysid.md says more.
+    /// Each field is the option of the same name of `planesman sysid fit`; docs/sysid.md explains them.
     #[derive(Clone, Debug)]
     pub struct FitOptions in "Model" {
         /// The signals of some data, on one grid.
         signals: SignalOptions;
-        /// Data to judge the model on, of which nothing is fitted: a file or folder with the same signals, or a window of the data as in
-        /// `window`, which is then left out of the fit [default: a model of the first seven tenths is judged on the rest]
+        /// Validation data, not used for the fit: a file or folder with the same signals, or a window of the data as in `window`, which is
+        /// then left out of the fit [default: a model of the first seven tenths is validated on the rest]
         validation: Option<Validation> = None, section: "Data", value: "DATA|FROM..TO";
         /// The estimator
         method: MethodChoice = MethodChoice::default(), of_grid: true;
@@ -45,7 +45,7 @@ options! {
         vehicle: VehicleOptions;
         /// How the recursive methods learn.
         recursion: RecursionOptions;
-        /// 95 % intervals of poles and gain by a bootstrap as well: fit so many records simulated with the model and its residuals
+        /// Also compute 95 % intervals of poles and gain by a bootstrap: fit this many records simulated with the model and its residuals
         bootstrap: Option<usize> = None, value: "RECORDS", range: Range::Count(100..=100_000), of_one: true;
         /// Static curve in front of the dynamics (Hammerstein) or behind them (Wiener)
         curve: CurveChoice = CurveChoice::default(), of_one: true;
@@ -58,11 +58,11 @@ options! {
     pub struct SignalOptions in "Signals" {
         /// The data.
         data: DataOptions;
-        /// The input: `TOPIC:FIELD`, a column, or one that was not recorded in words: `12V from 0.1s`.
+        /// The input: `TOPIC:FIELD`, a column, or an unrecorded input in words: `12V from 0.1s`.
         input: String;
         /// The output.
         output: String;
-        /// Further inputs, each recorded: the model is then one of several inputs ([`fit_several`](crate::fit_several)).
+        /// Further inputs, each recorded. The model then has several inputs ([`fit_several`](crate::fit_several)).
         other_inputs: Vec<String>;
         /// Further outputs.
         other_outputs: Vec<String>;
@@ -75,18 +75,17 @@ options! {
     }
 }
 
-/// The names of signals are arguments of each front end.
+/// Each front end takes the names of signals as arguments.
 impl OptionGroup for String {}
 impl OptionGroup for Vec<String> {}
 
 options! {
-    /// How samples are put on a grid.
+    /// How samples are resampled to a grid.
     #[derive(Clone, Debug)]
     pub struct GridOptions in "Grid" {
         /// Sampling rate of the grid (Hz) [default: that of the slowest output]
         rate: Option<f64> = None, value: "HZ", range: Range::Number(RATE), of_grid: true;
-        /// Use only data between these times, in seconds from the first output's first sample; several windows are
-        /// runs of one model
+        /// Use only data between these times, in seconds from the first output's first sample; several windows are runs of one model
         window: Vec<(f64, f64)> = Vec::new(), value: "FROM..TO", range: Range::Span(WINDOW);
         /// Resampling of inputs
         input_method: Resampling = Resampling::Mean;
@@ -94,7 +93,7 @@ options! {
         output_method: Resampling = Resampling::Linear;
         /// Longest interval between two samples that is not a gap (s) [default: five sample intervals; none for a held input]
         max_gap: Option<f64> = None, value: "SECONDS", range: Range::Number(MAX_GAP);
-        /// Angles and counters that wrap: unwrapped where the jump is unmistakable, with this period, or not
+        /// Angles and counters that wrap: unwrap where the jump is unmistakable (default), with this period, or not at all
         unwrap: Unwrap = Unwrap::Automatic, value: "360|2pi|65536|no";
     }
 }
@@ -103,31 +102,30 @@ options! {
     /// How a record is prepared before a model is fitted.
     #[derive(Clone, Copy, Debug)]
     pub struct PreparationOptions in "Preparation" {
-        /// Outliers: samples far from the median of those around them
+        /// Outliers: samples far from the median of their neighbours
         outliers: Outliers = Outliers::default();
-        /// Band of frequencies that is used, of every signal: LOW..HIGH, or LOW.. against drift, or ..HIGH against noise (Hz)
-        /// [default: all]
+        /// Frequency band to use, of every signal: LOW..HIGH, or LOW.. against drift, or ..HIGH against noise (Hz) [default: all]
         prefilter: Option<Band> = None, value: "LOW..HIGH", range: Range::Span(BAND), of_grid: true;
-        /// Which data is used
+        /// Which data to use
         segment: SegmentChoice = SegmentChoice::default(), of_grid: true;
-        /// What is subtracted from each signal
+        /// What to subtract from each signal
         detrend: Trend = Trend::default(), of_grid: true;
     }
 }
 
-/// Data to judge a model on.
+/// Data for validation.
 #[derive(Clone, Debug)]
 pub enum Validation {
-    /// A file or folder of its own.
+    /// A separate file or folder.
     Data(PathBuf),
-    /// Between two times, s, of the data given.
+    /// Between two times of the same data, s.
     Window(f64, f64),
 }
 
 impl FromStr for Validation {
     type Err = RuleError;
 
-    /// A file or folder that is there, else a window.
+    /// An existing file or folder, else a window.
     fn from_str(text: &str) -> Result<Self, RuleError> {
         let path = PathBuf::from(text);
         if path.exists() {
@@ -141,12 +139,12 @@ impl FromStr for Validation {
     }
 }
 
-/// The method that is asked for.
+/// The requested method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MethodChoice {
     /// One.
     One(Method),
-    /// Each of them, beside the others.
+    /// All methods, compared with each other.
     All,
 }
 
@@ -157,7 +155,7 @@ impl Default for MethodChoice {
 }
 
 impl MethodChoice {
-    /// Every method, and all of them.
+    /// Every method, and the choice of all.
     pub const ALL: [Self; Method::ALL.len() + 1] = {
         let mut all = [Self::All; Method::ALL.len() + 1];
         let mut i = 0;
@@ -168,19 +166,20 @@ impl MethodChoice {
         all
     };
 
-    /// Its name and its help line.
+    /// The name and its line of help.
     #[must_use]
     pub fn described(self) -> (&'static str, &'static str) {
         match self {
             Self::One(method) => method.described(),
             Self::All => (
                 "all",
-                "Every method beside the others; the one that simulates held-out data best is printed and written",
+                "Compare all methods; the one that simulates held-out data best is printed and \
+                 written",
             ),
         }
     }
 
-    /// The names by which it is known elsewhere.
+    /// Names of the method in other software.
     #[must_use]
     pub fn also_known(self) -> &'static [&'static str] {
         let Self::One(method) = self else {
@@ -227,7 +226,7 @@ impl Value for Validation {
         }
     }
 
-    /// A file or folder is looked for when it is read.
+    /// Only reading the data checks that a file or folder exists.
     fn check(&self, _: &Range) -> Result<(), RuleError> {
         match self {
             Self::Data(_) => Ok(()),
@@ -280,17 +279,17 @@ options! {
     /// The model's structure.
     #[derive(Clone, Copy, Debug)]
     pub struct StructureOptions in "Model" {
-        /// Order of the model (of its denominator), known poles not counted, 0 for a static gain; for fir the number of coefficients
-        /// [default: searched, 1 to 10; 1 to 4 for a method that is named; up to 64 for fir]
+        /// Order of the model (of its denominator), without known poles; 0 for a static gain; for fir the number of coefficients [default:
+        /// searched from 1 to 10; from 1 to 4 with a named method; up to 64 for fir]
         order: Option<usize> = None, range: Range::Count(0..=64), alias: Some("denominator-order");
         /// Form of a process model, for `method process` [default: chosen by the Bayesian criterion]
         process: Option<Form> = None, value: "FORM", of_one: true;
-        /// For `method frf`: the least coherence of input and output in the band that the model is fitted in [default: 0.6]
+        /// For `method frf`: the lowest coherence of input and output in the band of the fit [default: 0.6]
         coherence: Option<f64> = None, value: "SHARE", range: Range::Number(COHERENCE), of_grid: true;
-        /// Coefficients of the numerator, known zeros not counted [default: as many as the order]
+        /// Coefficients of the numerator, without known zeros [default: as many as the order]
         numerator: Option<usize> = None, value: "COUNT", range: Range::Count(1..=40), needs: Some("order");
-        /// Delay in samples from the input to its first effect, 0 where the output is measured after the input of the same
-        /// sample [default: searched, 0 to 1000; for a method that is named 1 to 3, 1 with `order`]
+        /// Delay in samples from the input to its first effect; 0 if the output is measured after the input of the same sample [default:
+        /// searched from 0 to 1000; with a named method 1 to 3, or 1 with `order`]
         delay: Option<usize> = None, range: Range::Count(0..=1000);
         /// Number of zeros known to be at z = 1
         zeros_at_one: usize = 0, range: Range::Count(0..=4), of_one: true;
@@ -300,7 +299,7 @@ options! {
         no_offset: bool = false;
         /// The data begins at rest [default: the initial state is estimated]
         at_rest: bool = false;
-        /// Input and output are zero before each segment (the thesis' start): zeros are put in front of it
+        /// Input and output are zero before each segment (the thesis' start): zeros are inserted before it
         prewindow: bool = false, needs: Some("order"), of_one: true;
         /// Each segment has its own numerator; only the poles are common
         own_numerators: bool = false, of_one: true;
@@ -308,7 +307,7 @@ options! {
 }
 
 impl StructureOptions {
-    /// Zeros that go in front of each segment, as many as a row of the difference equation looks back.
+    /// Number of zeros to insert before each segment: as far back as a row of the difference equation reaches.
     pub(crate) fn zeros_in_front(&self) -> usize {
         match self.order.filter(|_| self.prewindow) {
             None => 0,
@@ -334,7 +333,7 @@ impl StructureOptions {
 pub struct KnownVehicle {
     /// A built-in vehicle or a vehicle file.
     pub name: String,
-    /// Its coefficients of heave at `speed`, as `planesman_vehicle::heave::heave_of` has them; `None` where no speed was given.
+    /// Heave coefficients at `speed` from `planesman_vehicle::heave::heave_of`; `None` without a speed.
     pub heave: Option<[f64; 4]>,
 }
 
@@ -342,16 +341,16 @@ options! {
     /// Known values of the vehicle.
     #[derive(Clone, Debug)]
     pub struct VehicleOptions in "Vehicle" {
-        /// For vehicle and kalman, q_dot = K/J u - B/J q - M_theta/J theta + NU w, w_dot = EPSILON u + ETA q - ZETA w:
-        /// NU,ZETA,ETA,EPSILON, with w in the output's unit times m [default: no heave]
+        /// For vehicle and kalman, the coefficients of heave in q_dot = K/J u - B/J q - M_theta/J theta + NU w, w_dot = EPSILON u + ETA q -
+        /// ZETA w, with w in the output's unit times m [default: no heave]
         heave: Option<[f64; 4]> = None, value: "NU,ZETA,ETA,EPSILON", of_one: true;
-        /// The same from a built-in vehicle or a vehicle file, at `speed`: for planes in rad, a rate in rad/s
+        /// Take the heave coefficients from a built-in vehicle or a vehicle file, at `speed`: for planes in rad, a rate in rad/s
         vehicle: Option<KnownVehicle> = None, value: "NAME|FILE", needs: Some("speed"), excludes: Some("heave"), of_one: true;
         /// Standard deviation of the heave coefficients, in % of each
         heave_doubt: f64 = 0.0, value: "PERCENT", range: Range::Number(NOT_NEGATIVE);
         /// The vehicle's speed (m/s, or with its unit: 1ft/s), for `vehicle` and the model file
         speed: Option<f64> = None, range: Range::Quantity(Dimension::Speed, 1e-3, 100.0), of_one: true;
-        /// Moment of inertia J; K, B and M_theta are printed with it
+        /// Moment of inertia J; with it K, B and M_theta are printed
         inertia: Option<f64> = None, range: Range::Number(ABOVE_ZERO), of_one: true;
         /// For kalman: standard deviation of the noise, output unit [default: from second differences]
         noise: Option<f64> = None, range: Range::Number(ABOVE_ZERO), of_one: true;
@@ -366,7 +365,7 @@ impl VehicleOptions {
     /// Looks up the coefficients of the known vehicle by its name and the speed, m/s.
     ///
     /// # Errors
-    /// Those of `heave_of`.
+    /// Errors of `heave_of`.
     pub fn look_up<E>(
         &mut self,
         heave_of: impl FnOnce(&str, f64) -> Result<[f64; 4], E>,
@@ -442,7 +441,7 @@ impl SignalOptions {
         all.cloned().collect()
     }
 
-    /// Checks that no signal is named twice.
+    /// Checks that no signal is given twice.
     fn check_names(&self) -> Result<(), FitError> {
         for names in [self.inputs(), self.outputs()] {
             let twice = |(at, name): (usize, &String)| names[..at].contains(name);
@@ -467,7 +466,7 @@ impl FitOptions {
         self.check_values()
     }
 
-    /// Whether the output is at rest before the record: as it is said, or where an input in words begins with it.
+    /// Whether the output is at rest before the record: if the option says so, or if an input in words begins with it.
     pub(crate) fn is_at_rest(&self) -> bool {
         let in_words = StepsInWords::read(&self.signals.input);
         let begins = matches!(in_words, Some(Ok(steps)) if steps.is_from_rest());
@@ -552,7 +551,7 @@ impl FitOptions {
         })
     }
 
-    /// The first option that is given of those that only a sampled model of one input and output has.
+    /// The first given option that applies only to a sampled model with one input and one output.
     pub(crate) fn given_of_one(&self) -> Option<&'static str> {
         let given = self.given();
         given.iter().find(|it| it.of_one).map(|it| it.name)
@@ -586,7 +585,7 @@ impl FitOptions {
         })
     }
 
-    /// The methods of the vehicle's equations are tried only with what is known of it.
+    /// The methods to try; those of the vehicle's equations only if the vehicle is known.
     pub(crate) fn tried(&self) -> Vec<Method> {
         let of_vehicle = self.vehicle.heave.is_some() || self.vehicle.vehicle.is_some();
         let methods = Method::ALL.into_iter();

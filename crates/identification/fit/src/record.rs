@@ -1,4 +1,4 @@
-//! The record that the options name.
+//! Reads the record that the options describe.
 
 use planesman_parallel::Progress;
 use planesman_signals::{
@@ -14,21 +14,21 @@ use crate::steps_in_words::StepsInWords;
 /// Half the shortest sampling interval, s.
 const EDGE: f64 = 0.5e-6;
 
-/// What a record is expected to be.
+/// Expected properties of a record.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Expected {
-    /// Zeros that are put in front of each segment.
+    /// Number of zeros inserted before each segment.
     pub(crate) prewindow: usize,
-    /// The output is at rest before: a constant input is a step.
+    /// Whether the output is at rest before the record, so that a constant input is a step.
     pub(crate) at_rest: bool,
-    /// The output may be the input times a number.
+    /// Whether the output may be the input times a number.
     pub(crate) is_static: bool,
-    /// A model is given, whose simulation needs no input that moves.
+    /// Whether a given model is simulated, which does not need a moving input.
     pub(crate) is_simulated: bool,
 }
 
 impl Expected {
-    /// Of data that a model is judged on.
+    /// No expectations, for validation data.
     pub(crate) const ANY: Self = Self {
         prewindow: 0,
         at_rest: false,
@@ -41,7 +41,7 @@ impl Expected {
 type Window = (f64, f64);
 
 impl GridOptions {
-    /// The options of each window; `rate` where none was asked for.
+    /// The options of each window; `rate` unless a rate is given.
     fn of_windows(&self, rate: Option<f64>) -> Vec<Options> {
         let all = [(f64::NEG_INFINITY, f64::INFINITY)];
         let windows = match &self.window[..] {
@@ -59,7 +59,7 @@ impl GridOptions {
         windows.iter().map(of).collect()
     }
 
-    /// The same within other windows.
+    /// The same options for other windows.
     pub(crate) fn within(&self, window: Vec<Window>) -> Self {
         Self {
             window,
@@ -67,13 +67,13 @@ impl GridOptions {
         }
     }
 
-    /// The same on a grid of that rate, Hz, where none was asked for.
+    /// The same options with the grid's rate in Hz, unless a rate is given.
     pub(crate) fn at_rate(mut self, rate: f64) -> Self {
         self.rate.get_or_insert(rate);
         self
     }
 
-    /// The same with means of the outputs about each instant, if a record was decimated though no rate was asked for.
+    /// The same options, but outputs are averaged about each instant, if a record was decimated without a given rate.
     pub(crate) fn averaged_where_decimated(&self, record: &PreparedRecord) -> Option<Self> {
         let decimated = record
             .steps
@@ -86,8 +86,8 @@ impl GridOptions {
         })
     }
 
-    /// The grid without a window for validation, in the ways to read it of which the first that finds samples counts:
-    /// from before it and behind it, or from one of both.
+    /// The grid without a validation window, as a list of attempts; the first that finds samples is used: data before and after the window,
+    /// or one of the two.
     pub(crate) fn outside(&self, (from, to): Window) -> Result<Vec<Self>, FitError> {
         let windows = &self.window;
         if let Some(window) = windows.iter().find(|(a, b)| *a < to && from < *b) {
@@ -107,11 +107,11 @@ impl GridOptions {
     }
 }
 
-/// The messages that say how planes move between samples, and the field of the mean.
+/// The message type for the motion of planes between samples, and its field for the mean.
 const MOTION: (&str, &str) = ("planesman_msgs/msg/PlaneMotion", "dive_planes");
 
 impl SignalOptions {
-    /// The signal of means over each interval that a bag has beside samples of the planes' positions.
+    /// The signal of interval means that a bag has in addition to samples of the planes' positions.
     pub(crate) fn means_of_motion(&self) -> Result<Option<String>, FitError> {
         if !self.input.contains("planes:") {
             return Ok(None);
@@ -125,7 +125,7 @@ impl SignalOptions {
         }))
     }
 
-    /// The validation data on the grid of the data that was fitted, decimated as that was.
+    /// The validation data on the grid of the fitted data, with the same decimation.
     pub(crate) fn validation(
         &self,
         given: &Validation,
@@ -148,23 +148,21 @@ impl SignalOptions {
         record.map_err(|error| FitError::Validation(Box::new(error)))
     }
 
-    /// Reads the signals as a record, for something else than a fit.
+    /// Reads the signals as a record for uses other than a fit.
     ///
     /// # Errors
-    /// Options that do not go together, data that cannot be read, a signal that is not in it, signals that have no instant in
-    /// common or do not move.
+    /// If options conflict, the data cannot be read or lacks a signal, or the signals have no common time or do not move.
     pub fn read(&self, progress: &dyn Progress) -> Result<PreparedRecord, FitError> {
         self.check()?;
         self.record(&self.data, &self.grid, Expected::ANY, false, progress)
     }
 
-    /// Reads the signals of `data` as a record on `grid`: the input, then the reference if there is one. Each window of each
-    /// source is a segment, or several. If it may be decimated, it is where it is sampled
-    /// far faster than it moves, unless a rate was asked for.
+    /// Reads the signals of `data` as a record on `grid`: the input, then the reference if there is one. Each window of each source gives
+    /// one or more segments. If allowed and no rate is given, the record is decimated when it is sampled much faster than it moves.
     ///
     /// # Errors
-    /// Data that cannot be read, a signal that is not in it, signals that have no instant in common or are never of one time, a
-    /// grid finer than the data, signals without dynamics.
+    /// If the data cannot be read or lacks a signal, the signals have no common time, the grid is finer than the data, or the signals have
+    /// no dynamics.
     pub(crate) fn record(
         &self,
         data: &DataOptions,
@@ -182,7 +180,7 @@ impl SignalOptions {
         self.record_of(&sources, grid, expected, decimate, progress)
     }
 
-    /// As [`SignalOptions::record`], of sources that are open.
+    /// Like [`SignalOptions::record`], for open sources.
     pub(crate) fn record_of(
         &self,
         sources: &[Box<dyn Source>],

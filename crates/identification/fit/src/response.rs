@@ -10,8 +10,8 @@ use serde_json::{Value, json};
 const COLUMNS: &str = "omega_rad_s,frequency_hz,magnitude_db,magnitude_deviation_db,phase_deg,phase_deviation_deg,coherence,averages,sigmas_95,\
                        used,model_magnitude_db,model_phase_deg";
 
-/// One row for each frequency, comma-separated, below the columns' names. Deviations are standard deviations; `sigmas_95` of
-/// them are half of a 95 % interval.
+/// One row for each frequency, comma-separated, below the columns' names. Deviations are standard deviations; `sigmas_95` times a deviation
+/// is half of a 95 % interval.
 pub(crate) fn table(fit: &FrequencyFit, sample_time: f64) -> String {
     let mut text = format!("{COLUMNS}\n");
     for it in fit.rows(sample_time) {
@@ -37,7 +37,7 @@ pub(crate) fn table(fit: &FrequencyFit, sample_time: f64) -> String {
     text
 }
 
-/// The same, and what was fitted.
+/// The table's values and the fitted transfer function.
 pub(crate) fn as_json(fit: &FrequencyFit, sample_time: f64) -> Value {
     let rows = fit.rows(sample_time);
     let of = |column: fn(&Row) -> f64| rows.iter().map(column).collect::<Vec<_>>();

@@ -1,4 +1,4 @@
-//! The values that options take, each rule stated once: the command line's parsers and the library's checks use it.
+//! The allowed values of options, each rule stated once for the command line's parsers and the library's checks.
 
 use std::f64::consts::PI;
 use std::num::ParseIntError;
@@ -9,12 +9,12 @@ use planesman_signals::Unwrap;
 use crate::error::FitError;
 pub use crate::error::RuleError;
 
-/// Numbers that an option takes.
+/// Allowed numbers of an option.
 #[derive(Clone, Copy, Debug)]
 pub struct Rule {
-    /// The least; no NaN.
+    /// The minimum; not NaN.
     pub least: f64,
-    /// The greatest; no infinite number.
+    /// The maximum; finite.
     pub most: f64,
     /// The rule in words.
     pub text: &'static str,
@@ -27,7 +27,7 @@ impl Rule {
         Self { least, most, text }
     }
 
-    /// The number, written so, if the rule lets it.
+    /// Returns the number if the rule allows it; `written` is its text.
     ///
     /// # Errors
     /// [`RuleError`].
@@ -41,7 +41,7 @@ impl Rule {
         }
     }
 
-    /// The number that is written so, if the rule lets it.
+    /// Parses a number and returns it if the rule allows it.
     ///
     /// # Errors
     /// [`RuleError`].
@@ -55,12 +55,12 @@ fn parsed(text: &str) -> Result<f64, RuleError> {
         .map_err(|_| RuleError::NotANumber(text.to_owned()))
 }
 
-/// The least number above 0.
+/// The smallest number above 0.
 const LEAST: f64 = f64::from_bits(1);
 
 /// Sampling rates, Hz.
 pub const RATE: Rule = Rule::new(1e-6, 1e6, "expected a rate between 1e-6 and 1e6 Hz");
-/// The longest interval that is no gap, s.
+/// The longest interval that is not a gap, s.
 pub const MAX_GAP: Rule = Rule::new(LEAST, 1e9, "expected a time between 0 and 1e9 s");
 /// Forgetting factors per sample.
 pub const FORGETTING: Rule = Rule::new(1e-3, 1.0, "a number from 0.001 to 1 is expected");
@@ -76,10 +76,10 @@ pub const PERIOD: Rule = Rule::new(
 pub const ABOVE_ZERO: Rule = Rule::new(LEAST, f64::MAX, "expected a number above 0");
 /// Numbers of 0 or more.
 pub const NOT_NEGATIVE: Rule = Rule::new(0.0, f64::MAX, "expected a number of 0 or more");
-/// Numbers that are not infinite.
+/// Finite numbers.
 pub const FINITE: Rule = Rule::new(f64::MIN, f64::MAX, "expected a finite number");
 
-/// What becomes of angles and counters that wrap: `automatic`, `no`, or the period.
+/// Treatment of angles and counters that wrap: `automatic`, `no`, or the period.
 ///
 /// # Errors
 /// [`RuleError`].
@@ -92,7 +92,7 @@ pub fn unwrap(text: &str) -> Result<Unwrap, RuleError> {
     })
 }
 
-/// The four coefficients of heave that are written `NU,ZETA,ETA,EPSILON`.
+/// Parses the four coefficients of heave, `NU,ZETA,ETA,EPSILON`.
 ///
 /// # Errors
 /// [`RuleError`].
@@ -109,19 +109,19 @@ pub fn four(numbers: &[f64]) -> Result<[f64; 4], RuleError> {
     numbers.try_into().map_err(|_| RuleError::NotFour)
 }
 
-/// Pairs of edges that an option takes, the lower one first.
+/// Pairs of bounds that an option accepts, the lower one first.
 #[derive(Clone, Copy, Debug)]
 pub struct Span {
-    /// The edges that stand for none; none is below the first.
+    /// The values for open bounds; no bound is below the first.
     pub open: (f64, f64),
-    /// Whether both may be open.
+    /// Whether both bounds may be open.
     pub may_be_open: bool,
     /// The rule in words.
     pub text: &'static str,
 }
 
 impl Span {
-    /// The edges that are written `FROM..TO`, if the rule lets them; one that is not written is open.
+    /// Parses `FROM..TO` and returns the bounds if the rule allows them; a missing bound is open.
     ///
     /// # Errors
     /// [`RuleError`].
@@ -139,7 +139,7 @@ impl Span {
         RuleError::NotASpan(written.to_owned(), self.text)
     }
 
-    /// The edges, written so, if the rule lets them.
+    /// Returns the bounds if the rule allows them; `written` is their text.
     ///
     /// # Errors
     /// [`RuleError`].
@@ -168,10 +168,10 @@ pub const BAND: Span = Span {
     text: "is not a band; write LOW..HIGH in Hz, as 0.01..2, 0.01.. or ..2",
 };
 
-/// Samples ahead at which predictions are judged.
+/// Prediction horizons in samples.
 pub const AHEAD: RangeInclusive<i64> = 1..=1000;
 
-/// The whole number that is written so, in the range.
+/// Parses a whole number in the range.
 pub(crate) fn whole(text: &str, range: &RangeInclusive<i64>) -> Result<usize, RuleError> {
     let number: i64 =
         (text.parse()).map_err(|refusal: ParseIntError| RuleError::Own(refusal.to_string()))?;
@@ -180,7 +180,7 @@ pub(crate) fn whole(text: &str, range: &RangeInclusive<i64>) -> Result<usize, Ru
     within.ok_or_else(|| RuleError::Count(number.into(), range.clone()))
 }
 
-/// Checks the samples ahead at which predictions are judged.
+/// Checks the prediction horizons in samples.
 pub(crate) fn check_ahead(ahead: &[usize]) -> Result<(), FitError> {
     for samples in ahead {
         let refused = |rule| FitError::value("ahead", samples, rule);

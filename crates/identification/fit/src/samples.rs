@@ -1,4 +1,4 @@
-//! Signals as they lie in a bag, table or log: every sample with its stamp, on no grid.
+//! Signals as recorded in a bag, table or log: every sample with its stamp, not resampled.
 
 use planesman_parallel::stop_point;
 use planesman_signals::{Reading, Request, Take};
@@ -15,10 +15,10 @@ pub struct SamplesOptions {
     pub signals: Vec<String>,
 }
 
-/// Hands every sample of the signals to `take`. Of a field that is a list the first element is prepared, unless one is named.
+/// Passes every sample of the signals to `take`. For a field that is a list, the first element is prepared unless one is named.
 ///
 /// # Errors
-/// A signal that is not there, or data of which nothing can be read.
+/// If a signal is missing, or none of the data can be read.
 pub fn samples(options: &SamplesOptions, take: &mut Take<'_>) -> Result<Reading, FitError> {
     if options.signals.is_empty() {
         return Err(FitError::NoSignal);

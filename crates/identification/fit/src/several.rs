@@ -1,4 +1,4 @@
-//! Models of several inputs and outputs: fitted to data, written as a file, judged on data.
+//! Models of several inputs and outputs: fitted to data, written as a file, validated on data.
 
 use std::path::PathBuf;
 
@@ -24,19 +24,18 @@ use crate::rules::check_ahead;
 /// A model of each output, and the record.
 #[derive(Debug)]
 pub struct SeveralResult {
-    /// The record, and how it was made.
+    /// The record, and how it was prepared.
     pub prepared: PreparedRecord,
-    /// The record it was judged on, where one was given.
+    /// The validation record, if given.
     pub validation: Option<PreparedRecord>,
-    /// The model of each output, of all inputs.
+    /// The model of each output, with all inputs.
     pub outputs: Vec<Analysis>,
 }
 
-/// Reads the data and identifies a model of all inputs to each output. `progress` is told how far it has come.
+/// Reads the data and fits to each output a model with all inputs. `progress` receives the progress.
 ///
 /// # Errors
-/// Options that are for one input and one output, data that cannot be read, an input that never moves, a record that
-/// determines no model.
+/// If an option is for one input and one output, the data cannot be read, an input never moves, or the record does not determine a model.
 pub fn fit_several(
     options: &FitOptions,
     progress: &dyn Progress,
@@ -75,7 +74,7 @@ pub fn fit_several(
 }
 
 impl SeveralResult {
-    /// The models as text, with all detail: each output's verdict, table of channels, numbers and reasons.
+    /// The models as text, with all details: each output's verdict, table of channels, numbers and reasons.
     #[must_use]
     pub fn text(&self) -> String {
         self.text_as(Shown {
@@ -84,7 +83,7 @@ impl SeveralResult {
         })
     }
 
-    /// The same as it is to be shown; the record's lines stand with the first output.
+    /// The same with a choice of what to show; the record's lines come with the first output.
     #[must_use]
     pub fn text_as(&self, shown: Shown<'_>) -> String {
         let texts = self.outputs.iter().enumerate().map(|(number, it)| {
@@ -94,7 +93,7 @@ impl SeveralResult {
         texts.collect::<Vec<_>>().join("\n")
     }
 
-    /// Everything but the record's numbers, as `--json` prints it.
+    /// The output of `--json`, without the information on the record.
     ///
     /// # Errors
     /// As [`SeveralResult::model_file`].
@@ -134,10 +133,10 @@ impl SeveralResult {
         Ok(with_data(found, &self.prepared, self.validation.as_ref()))
     }
 
-    /// The models as a file that `sysid compare` takes: transfer functions, and a state space of all of them.
+    /// The models as a file for `sysid compare`: transfer functions, and a state space of all of them.
     ///
     /// # Errors
-    /// When poles or zeros cannot be found.
+    /// If poles or zeros cannot be computed.
     pub fn model_file(&self) -> Result<SeveralModelFile, FitError> {
         let record = &self.prepared.resampled.record;
         let outputs = self.outputs.iter().map(output_model);
@@ -199,8 +198,8 @@ fn output_model(found: &Analysis) -> Result<OutputModel, FitError> {
     })
 }
 
-/// All channels as one system. Of each input the samples that the longest delay needs are states, which its channels share;
-/// each channel has as many more as poles, in companion form.
+/// All channels as one system. For each input the samples that the longest delay needs are states, shared by its channels. Each channel
+/// adds as many states as it has poles, in companion form.
 ///
 /// ```text
 /// A w = v,  y = b w,   states w(k-1) ... w(k-n),   v the input, delayed
@@ -278,7 +277,7 @@ fn state_space(inputs: usize, outputs: &[Analysis]) -> StateSpace {
 /// Models of several inputs and outputs on one record.
 #[derive(Clone, Debug)]
 pub struct SeveralComparison {
-    /// The record, and how it was made.
+    /// The record, and how it was prepared.
     pub prepared: PreparedRecord,
     /// Each model's judgement on each of its outputs.
     pub models: Vec<SeveralCompared>,
@@ -291,17 +290,17 @@ pub struct SeveralCompared {
     pub name: String,
     /// The output's name.
     pub output: String,
-    /// The names of the inputs that do something.
+    /// The names of the inputs with an effect.
     pub inputs: Vec<String>,
-    /// What it does on the data.
+    /// The model's performance on the data.
     pub judged: Judged,
 }
 
-/// Reads the data and judges models of several inputs and outputs on it. The signals are those of the first model; `models`
-/// of the options is not looked at.
+/// Reads the data and validates models of several inputs and outputs on it. The signals are those of the first model; the options' `models`
+/// is ignored.
 ///
 /// # Errors
-/// Models of different signals, data without the signals, a model of another sampling interval.
+/// If models have different signals, the data lacks a signal, or a model has another sampling interval.
 pub fn compare_several(
     models: &[(PathBuf, SeveralModelFile)],
     options: &CompareOptions,
@@ -517,7 +516,7 @@ mod tests {
             (&|_| (), "/no/such/table.csv"),
             (
                 &|it| it.signals.other_inputs.push("u".to_owned()),
-                "'u' is named twice",
+                "'u' is given twice",
             ),
             (
                 &|it| {

@@ -6,31 +6,31 @@ use planesman_identification::{IdentificationError, Record};
 /// A run, measured and simulated.
 #[derive(Clone, Debug)]
 pub struct Simulated<'a> {
-    /// The first instant, ns on the data's own clock.
+    /// Time of the first sample, ns on the data's clock.
     pub start: i64,
     /// The input over each sampling interval.
     pub input: &'a [f64],
     /// The output at each instant.
     pub measured: &'a [f64],
-    /// The output of the model, simulated on the input alone.
+    /// The model's output, simulated from the input alone.
     pub simulated: Vec<f64>,
-    /// The first samples, which unknown inputs act on: the simulation says nothing of them.
+    /// Number of first samples affected by unknown inputs; the simulation is not valid there.
     pub unknown: usize,
 }
 
 impl<'a> Simulated<'a> {
-    /// The longest run of the record that the model was fitted to.
+    /// The longest run of the record to which the model was fitted.
     ///
     /// # Errors
-    /// When the record is another one.
+    /// If the record is a different one.
     pub fn new(analysis: &Analysis, record: &'a Record) -> Result<Self, IdentificationError> {
         Self::of_run(analysis, record, analysis.longest)
     }
 
-    /// A run of that record, as [`Analysis::segments`] counts them.
+    /// One run of that record, numbered as in [`Analysis::segments`].
     ///
     /// # Errors
-    /// As [`Simulated::new`]; a run that is not there.
+    /// Like [`Simulated::new`]; also if the run does not exist.
     pub fn of_run(
         analysis: &Analysis,
         record: &'a Record,
@@ -41,7 +41,7 @@ impl<'a> Simulated<'a> {
             .segments
             .get(run)
             .and_then(|number| record.segments.get(*number))
-            .ok_or_else(|| refused("the record does not hold the segment of the model"))?;
+            .ok_or_else(|| refused("the record lacks the segment of the model"))?;
         let values = segment
             .run()
             .ok_or_else(|| refused("the record has no input or no output"))?;

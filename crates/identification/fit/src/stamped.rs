@@ -1,4 +1,4 @@
-//! Samples on no grid: the stretches of time in which all signals are known.
+//! Samples at their original stamps: the intervals of time in which all signals are known.
 
 use planesman_equations::{Between, Run, Track};
 use planesman_parallel::Progress;
@@ -11,34 +11,34 @@ use crate::fit::{data_warnings, downgrade_verdict};
 use crate::options::{FitOptions, GridOptions, Validation};
 use planesman_identification::analysis::{Reason, Verdict};
 
-/// An interval of so many usual ones is a gap. The simulation goes on through shorter ones, since the inputs are known.
+/// An interval of this many usual intervals is a gap. The simulation continues through shorter ones, since the inputs are known.
 const GAP: f64 = 20.0;
-/// Runs at most, the longest.
+/// Maximum number of runs, the longest ones.
 const MOST_RUNS: usize = 40;
-/// Samples of an input that are kept from before a run.
+/// Samples of an input kept from before a run.
 const PAST: usize = 1000;
-/// Samples of each output in a run at least.
+/// Minimum number of samples of each output in a run.
 const FEWEST: usize = 3;
 
-/// Data at its stamps.
+/// Data at its original stamps.
 #[derive(Clone, Debug)]
 pub struct StampedRuns {
     /// The names of the signals: inputs, then outputs.
     pub signals: Vec<String>,
     /// The runs.
     pub runs: Vec<Run>,
-    /// The runs that the model is judged on; empty where no data was given for that.
+    /// The runs for validation; empty without validation data.
     pub validation: Vec<Run>,
-    /// What was read, for people, a line each.
+    /// A summary of the data, one entry per line.
     pub description: Vec<String>,
     /// How each source was read.
     pub readings: Vec<Reading>,
 }
 
-/// A stretch of time, ns.
+/// An interval of time, ns.
 type Span = (i64, i64);
 
-/// Whether inputs are held or go on lines.
+/// Whether inputs are held or linear between samples.
 fn between(of: &GridOptions) -> Result<Between, FitError> {
     match of.input_method {
         Method::Mean | Method::Hold => Ok(Between::Held),
@@ -47,13 +47,13 @@ fn between(of: &GridOptions) -> Result<Between, FitError> {
     }
 }
 
-const WHAT: &str = "a fit at the stamps themselves, on no grid";
+const WHAT: &str = "a fit at the original stamps, without a grid";
 
 impl FitOptions {
     /// Refuses options of a grid, of its preparation and of other models.
     ///
     /// # Errors
-    /// The first of them.
+    /// [`FitError::NotOf`] for the first such option.
     pub fn check_stamped(&self) -> Result<(), FitError> {
         self.check()?;
         let given = self.given();
@@ -64,10 +64,10 @@ impl FitOptions {
         }
     }
 
-    /// The runs to fit, and those to judge on.
+    /// The runs to fit, and those for validation.
     ///
     /// # Errors
-    /// Data that cannot be read, or has no stretch of time in which all signals are known.
+    /// If the data cannot be read, or at no time are all signals known.
     pub fn stamped(
         &self,
         inputs: &[String],
@@ -177,7 +177,7 @@ impl FitOptions {
         if runs.len() > MOST_RUNS {
             runs.sort_by(|p, q| q.end().total_cmp(&p.end()));
             found.description.push(format!(
-                "note    the {MOST_RUNS} longest of {} segments are used",
+                "note    only the {MOST_RUNS} longest of {} segments are used",
                 runs.len()
             ));
             runs.truncate(MOST_RUNS);
@@ -187,7 +187,7 @@ impl FitOptions {
 }
 
 impl StampedRuns {
-    /// A verdict in the light of what was found of the clock, and the reasons for it.
+    /// A verdict, downgraded by findings about the clock, and the reasons.
     pub(crate) fn doubts(&self, verdict: Verdict) -> (Verdict, Vec<Reason>) {
         let readings: Vec<&Reading> = self.readings.iter().collect();
         (
@@ -207,8 +207,8 @@ fn described(of: &Stretches) -> String {
     format!("{samples} samples{rate}{changes}")
 }
 
-/// The spans of time in which every output is known without a gap and every input has a value, within the windows, which count from
-/// the first output's first sample.
+/// The spans of time, within the windows, in which every output is known without a gap and every input has a value. Windows count from the
+/// first output's first sample.
 fn common(
     signals: &[Stretches],
     inputs: usize,
@@ -253,7 +253,7 @@ fn common(
     spans
 }
 
-/// The samples of a span, and of an input those before it too; times in s from its begin.
+/// The samples of a span, for an input also earlier ones; times in s from the beginning of the span.
 fn track(of: &Stretches, (from, to): Span, is_input: bool) -> Track {
     let all: Vec<&(i64, f64)> = of.stretches.iter().flatten().collect();
     let mut begin = all.partition_point(|it| it.0 < from);

@@ -1,35 +1,35 @@
-//! An input that was not recorded, given in words: `12V from 0.1s`, `0 to 12V at 0.1s`, `5 from 1s, 0 from 4s`.
+//! An unrecorded input described in words: `12V from 0.1s`, `0 to 12V at 0.1s`, `5 from 1s, 0 from 4s`.
 //!
 //! ```text
 //! INPUT = STEP {, STEP}
 //! STEP  = [VALUE [UNIT] to] VALUE [UNIT] (from | at) TIME [s | ms | min | h ...]
 //! ```
-//! The input is held from each time to the next, and is 0 before the first unless a value stands before its `to`. Times are
-//! seconds from the output's first sample, as those of `--window`.
+//! The input is held from each time to the next. It is 0 before the first time unless a value precedes its `to`. Times are seconds from the
+//! output's first sample, as for `--window`.
 
 use planesman_identification::{LONGEST_PAST, Record};
 use planesman_signals::{PreparedRecord, TimeUnit};
 
 use crate::error::RuleError;
 
-/// Steps at most.
+/// Maximum number of steps.
 const MOST_STEPS: usize = 1000;
 
 /// An input in words.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct StepsInWords {
-    /// As it is written.
+    /// The text as given.
     text: String,
     /// The value before the first step.
     before: f64,
-    /// Times, s, that rise, and the values from then on.
+    /// Increasing times, s, each with the value from then on.
     steps: Vec<(f64, f64)>,
-    /// Empty where none is named.
+    /// The unit; empty if none is given.
     unit: String,
 }
 
 impl StepsInWords {
-    /// Reads the words; `None` where the text is the name of a signal: it does not begin with a number that words follow.
+    /// Parses the words. `None` if the text is the name of a signal, that is, does not begin with a number followed by words.
     pub(crate) fn read(text: &str) -> Option<Result<Self, RuleError>> {
         let mut words = text.split_whitespace();
         let begins = number(words.next()?).is_some_and(|(_, rest)| !rest.contains(':'));
@@ -37,7 +37,7 @@ impl StepsInWords {
         is_one.then(|| Words::new(text).steps())
     }
 
-    /// Whether the input begins with the output's first sample, or before it: the output is then at rest before.
+    /// Whether the input begins at or before the output's first sample, so that the output is at rest before.
     pub(crate) fn is_from_rest(&self) -> bool {
         self.steps.first().is_some_and(|(time, _)| *time <= 0.0)
     }
@@ -54,7 +54,7 @@ impl StepsInWords {
         sum / (to - from)
     }
 
-    /// Makes it the first input of a record.
+    /// Inserts it as the first input of a record.
     pub(crate) fn put_into(&self, prepared: &mut PreparedRecord) {
         let resampled = &mut prepared.resampled;
         let span = resampled.outputs.first().and_then(|it| it.timing.span);
@@ -89,7 +89,8 @@ impl StepsInWords {
             .cloned()
             .unwrap_or_default();
         prepared.reading.notes.push(format!(
-            "the input is given in words, not recorded: {} before, {}; times from the first sample of {output}{}",
+            "the input is described in words, not recorded: {} before, {}; times from the first \
+             sample of {output}{}",
             value(self.before),
             steps.join(", "),
             match self.is_from_rest() {
@@ -104,7 +105,7 @@ impl StepsInWords {
     }
 }
 
-/// A number that text begins with, and what follows it.
+/// The number at the beginning of the text, and the rest.
 fn number(text: &str) -> Option<(f64, &str)> {
     let is_of_one = |c: char| c.is_ascii_digit() || "+-.eE".contains(c);
     let end = text.find(|c| !is_of_one(c)).unwrap_or(text.len());
@@ -115,7 +116,7 @@ fn number(text: &str) -> Option<(f64, &str)> {
     })
 }
 
-/// Words that are read from the left.
+/// Words to be parsed from the left.
 struct Words<'a> {
     text: &'a str,
     rest: &'a str,
@@ -144,9 +145,13 @@ impl<'a> Words<'a> {
                     None => found.before = value,
                     Some((_, last)) if *last == value => {}
                     Some((_, last)) => {
-                        return Err(
-                            self.refusal(place, &format!("{last}, which the input is until then"))
-                        );
+                        return Err(self.refusal(
+                            place,
+                            &format!(
+                                "{last}, the value of the input until \
+                                then"
+                            ),
+                        ));
                     }
                 }
                 value = self.value(&mut found.unit)?;
@@ -157,7 +162,7 @@ impl<'a> Words<'a> {
             place = self.rest;
             let time = self.time()?;
             if found.steps.last().is_some_and(|(last, _)| *last >= time) {
-                return Err(self.refusal(place, "a later time than that before it"));
+                return Err(self.refusal(place, "a later time than the one before"));
             }
             found.steps.push((time, value));
             match self.rest.strip_prefix(',') {
@@ -179,21 +184,21 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// What follows a word, if that is next.
+    /// The text after a word, if that word is next.
     fn behind(&self, word: &str) -> Option<&'a str> {
         let rest = self.rest.strip_prefix(word)?;
         rest.starts_with(char::is_whitespace)
             .then(|| rest.trim_start())
     }
 
-    /// A word that is expected, if it is there.
+    /// Consumes an expected word if it is next.
     fn word(&mut self, word: &str) -> bool {
         let rest = self.behind(word);
         self.rest = rest.unwrap_or(self.rest);
         rest.is_some()
     }
 
-    /// What stands up to the next blank or comma.
+    /// The text up to the next blank or comma.
     fn unit(&mut self) -> &'a str {
         let is_end = |c: char| c.is_whitespace() || c == ',';
         let end = self.rest.find(is_end).unwrap_or(self.rest.len());
@@ -208,7 +213,7 @@ impl<'a> Words<'a> {
         Ok(value)
     }
 
-    /// A value, with the unit that all have.
+    /// A value, with the unit that all values share.
     fn value(&mut self, common: &mut String) -> Result<f64, RuleError> {
         let value = self.number("a value")?;
         let is_apart = self.rest.starts_with(char::is_whitespace);
@@ -222,7 +227,7 @@ impl<'a> Words<'a> {
         let place = self.rest;
         let unit = self.unit();
         if !unit.is_empty() && !common.is_empty() && unit != common {
-            return Err(self.refusal(place, &format!("the unit {common} that stands before")));
+            return Err(self.refusal(place, &format!("the unit {common} of the earlier value")));
         }
         if common.is_empty() {
             unit.clone_into(common);
@@ -247,8 +252,7 @@ impl<'a> Words<'a> {
             }
         };
         let nanoseconds = unit.in_nanoseconds(value);
-        let nanoseconds =
-            nanoseconds.ok_or_else(|| self.refusal(place, "a time that is not as far"))?;
+        let nanoseconds = nanoseconds.ok_or_else(|| self.refusal(place, "a shorter time"))?;
         Ok(nanoseconds as f64 / 1e9)
     }
 }
@@ -298,10 +302,10 @@ mod tests {
             ("12V from 0.1 parsec", 13, "a unit of time"),
             ("5 from 4s, 0 from 1s", 19, "a later time"),
             ("5V from 1s, 0A from 4s", 14, "the unit V"),
-            ("5 from 1s, 4 to 0 at 4s", 12, "5, which the input is"),
+            ("5 from 1s, 4 to 0 at 4s", 12, "5, the value of the input"),
             ("5 from 1s; 0 from 4s", 9, "a unit of time"),
             ("5 from 1s, ", 12, "a value"),
-            ("5 from 1e300 d", 13, "not as far"),
+            ("5 from 1e300 d", 13, "a shorter time"),
             ("5 from 1s 0 from 4s", 11, "a comma"),
         ] {
             let refusal = read(text).unwrap_err();

@@ -1,8 +1,8 @@
 //! Least squares over a whole record, by Householder QR.
 //!
-//! `theta = argmin |Phi theta - y|`. The recursive form ([`crate::RecursiveLeastSquares`]) with lambda = 1 and
-//! p0 without bound gives the same; this is its independent check and the tool for
-//! records at hand. Every batch estimator here ends in it: Gauss-Newton steps too.
+//! `theta = argmin |Phi theta - y|`. The recursive form ([`crate::RecursiveLeastSquares`]) with lambda = 1 and a very large p0 gives the
+//! same result; this is its independent check, and is used for complete records. Every batch estimator here uses it, including Gauss-Newton
+//! steps.
 
 use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView};
 
@@ -11,21 +11,21 @@ use crate::error::{IdentificationError, Result};
 /// Singular values below this share of the largest count as zero.
 const RANK_TOLERANCE: f64 = 1e-13;
 
-/// Rows that are turned into the triangle at a time: memory does not grow with the record.
+/// Rows factorised at a time, so that the memory does not grow with the record.
 const BLOCK: usize = 4096;
 
-/// `Phi = Q R`, with `z = Q'y`: all that least squares needs of a record.
+/// `Phi = Q R`, with `z = Q'y`: the sufficient statistics of a least-squares problem.
 #[derive(Clone, Debug)]
 pub struct Triangle {
     r: DMatrix<f64>,
     z: DVector<f64>,
-    /// `|y|^2 - |z|^2`: what no theta takes away, output unit squared.
+    /// `|y|^2 - |z|^2`, the residual sum of squares at the minimum, output unit squared.
     pub cost: f64,
     /// Rows in Phi.
     pub rows: usize,
 }
 
-/// The regression of values on columns; `None` where there are too few or a number is not finite.
+/// Solves the regression of values on columns; `None` if there are too few rows or a number is not finite.
 pub(crate) fn regressed(columns: &[Vec<f64>], values: &[f64]) -> Option<Triangle> {
     let phi = DMatrix::from_fn(values.len(), columns.len(), |row, column| {
         columns[column][row]
@@ -33,7 +33,7 @@ pub(crate) fn regressed(columns: &[Vec<f64>], values: &[f64]) -> Option<Triangle
     Triangle::new(&phi, &DVector::from_column_slice(values)).ok()
 }
 
-/// The squares that it leaves.
+/// The residual sum of squares.
 pub(crate) fn squares_left(columns: &[Vec<f64>], values: &[f64]) -> Option<f64> {
     Some(regressed(columns, values)?.cost.max(0.0))
 }
@@ -42,7 +42,7 @@ impl Triangle {
     /// Factorises the regression of `outputs` on the rows of `phi`.
     ///
     /// # Errors
-    /// [`IdentificationError`], when there are fewer rows than parameters, or a number is not finite.
+    /// [`IdentificationError`], if there are fewer rows than parameters, or a number is not finite.
     pub fn new(phi: &DMatrix<f64>, outputs: &DVector<f64>) -> Result<Self> {
         let (rows, parameters) = phi.shape();
         if parameters == 0 || rows < parameters {
@@ -50,7 +50,7 @@ impl Triangle {
         }
         if phi.iter().chain(outputs.iter()).any(|v| !v.is_finite()) {
             return Err(IdentificationError::Record(
-                "the regression holds numbers that are not finite".to_owned(),
+                "the regression contains numbers that are not finite".to_owned(),
             ));
         }
         let mut triangle = Self {
@@ -66,7 +66,7 @@ impl Triangle {
         Ok(triangle)
     }
 
-    /// Folds in further rows.
+    /// Adds further rows.
     fn fold_in(&mut self, phi: DMatrixView<'_, f64>, outputs: DVectorView<'_, f64>) {
         let (above, count) = (self.z.len(), outputs.len());
         let mut block = self.r.clone().resize_vertically(above + count, 0.0);
@@ -82,7 +82,7 @@ impl Triangle {
         self.rows += count;
     }
 
-    /// The same problem in parameters that count `scales[j]` times as much each.
+    /// The same problem with each parameter j divided by `scales[j]`.
     #[must_use]
     pub fn scaled(mut self, scales: &[f64]) -> Self {
         for (mut column, scale) in self.r.column_iter_mut().zip(scales) {
@@ -91,7 +91,7 @@ impl Triangle {
         self
     }
 
-    /// The same problem with `|root theta|^2` added to what is minimised.
+    /// The same problem with `|root theta|^2` added to the cost.
     #[must_use]
     pub fn damped(mut self, root: f64) -> Self {
         let p = self.z.len();
@@ -106,8 +106,7 @@ impl Triangle {
         self.r.singular_values()
     }
 
-    /// The number of directions among the parameters that the rows determine: singular values of R above
-    /// 1e-13 of the largest.
+    /// The number of parameter directions that the rows determine: singular values of R above 1e-13 of the largest.
     #[must_use]
     pub fn rank(&self) -> usize {
         let singular = self.singular_values();
@@ -120,7 +119,7 @@ impl Triangle {
     /// theta.
     ///
     /// # Errors
-    /// [`IdentificationError`], when the rows do not determine every parameter.
+    /// [`IdentificationError`], if the rows do not determine every parameter.
     pub fn solution(&self) -> Result<DVector<f64>> {
         self.determined()?;
         self.r
@@ -130,10 +129,10 @@ impl Triangle {
             ))
     }
 
-    /// `(Phi'Phi)^-1`: the covariance of theta for a residual that is white and of unit variance.
+    /// `(Phi'Phi)^-1`: the covariance of theta for a white residual of unit variance.
     ///
     /// # Errors
-    /// As [`Triangle::solution`].
+    /// Like [`Triangle::solution`].
     pub fn unit_covariance(&self) -> Result<DMatrix<f64>> {
         let factor = self.unit_factor()?;
         Ok(&factor * factor.transpose())
@@ -142,7 +141,7 @@ impl Triangle {
     /// `R^-1`: a factor F of that covariance, `F F'`.
     ///
     /// # Errors
-    /// As [`Triangle::solution`].
+    /// Like [`Triangle::solution`].
     pub fn unit_factor(&self) -> Result<DMatrix<f64>> {
         self.determined()?;
         let p = self.z.len();
@@ -162,11 +161,10 @@ impl Triangle {
     }
 }
 
-/// The parameters that fit rows and outputs best.
+/// The least-squares parameters for rows and outputs.
 ///
 /// # Errors
-/// [`IdentificationError`], when there are fewer rows than parameters, rows differ in length, or the rows do not
-/// determine every parameter.
+/// [`IdentificationError`], if there are fewer rows than parameters, rows differ in length, or the rows do not determine every parameter.
 pub fn least_squares(rows: &[(Vec<f64>, f64)]) -> Result<DVector<f64>> {
     let parameters = rows.first().map_or(0, |(row, _)| row.len());
     if rows.iter().any(|(row, _)| row.len() != parameters) {

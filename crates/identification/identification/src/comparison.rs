@@ -1,6 +1,6 @@
-//! Models of any origin on one record: how well each simulates and predicts it, and what it leaves.
+//! Models from any source on one record: fits of simulation and prediction, and residuals.
 //!
-//! A model is taken as it stands. Of each segment only the state it begins in is fitted; the offset is the model's own.
+//! A model is used unchanged. Only the initial state of each segment is fitted; the offset is the model's own.
 
 use nalgebra::{DMatrix, DVector};
 use planesman_linear::{polynomial::product, rows};
@@ -18,12 +18,12 @@ use planesman_record::Run;
 /// Sampling intervals that differ by less than this share are the same.
 const SAME_TIME: f64 = 1e-4;
 
-/// A transfer function with its noise, wherever it comes from.
+/// A transfer function with its noise, from any source.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GivenModel {
     /// The interval between samples, s.
     pub sample_time: f64,
-    /// `b1 ... bn`, or `b0 ... bn` where the input acts at once; output unit per input unit.
+    /// `b1 ... bn`, or `b0 ... bn` with direct feedthrough; output unit per input unit.
     pub num: Vec<f64>,
     /// `1, a1 ... an`.
     pub den: Vec<f64>,
@@ -31,7 +31,7 @@ pub struct GivenModel {
     pub covariance: Vec<Vec<f64>>,
     /// The output's offset, output unit.
     pub offset: f64,
-    /// The level of the input at which the output of an integrating model stands, input unit.
+    /// The input at which the output of an integrating model is constant, input unit.
     pub input_level: f64,
     /// Where the noise enters.
     pub error: Error,
@@ -41,33 +41,32 @@ pub struct GivenModel {
     pub noise_model: Vec<f64>,
     /// `d1, d2, ...` of the noise `e/D` on the output; empty for white noise.
     pub noise_denominator: Vec<f64>,
-    /// A curve in front of the transfer function or behind it.
+    /// A static curve in front of the transfer function or behind it.
     pub curve: Option<(Side, StaticCurve)>,
 }
 
-/// A model on a record.
+/// The performance of a model on a record.
 #[derive(Clone, Debug)]
 pub struct Judgement {
-    /// The model, its offset and the motion at the beginning of each segment that was used; its residuals are the
-    /// errors of predictions one sample ahead.
+    /// The model, its offset and the initial motion of each segment used; its residuals are the one-step prediction errors.
     pub estimate: Estimate,
-    /// The segments that were used.
+    /// Numbers of the segments used.
     pub segments: Vec<usize>,
-    /// The longest of them, by its place among them.
+    /// The longest of them, as an index into `segments`.
     pub longest: usize,
     /// The simulated output of each, output unit.
     pub simulated: Vec<Vec<f64>>,
-    /// The fit of the simulations, %; `None` when the output does not move, or a simulation has no bound.
+    /// The fit of the simulations, %; `None` if the output is constant, or a simulation diverges.
     pub fit: Option<f64>,
-    /// Samples ahead, and the fit of predictions so far ahead, %.
+    /// Prediction horizons, samples, each with its fit, %.
     pub predicted: Vec<(usize, Option<f64>)>,
-    /// Of the residuals of the longest segment.
+    /// Residual tests of the longest segment.
     pub residuals: Option<ResidualTests>,
-    /// Samples of all of them.
+    /// Number of samples in all segments used.
     pub samples: usize,
 }
 
-/// Refuses a record of another sampling interval than a model's.
+/// Refuses a record whose sampling interval differs from a model's.
 pub(crate) fn check_sample_time(sample_time: f64, record: &Record) -> Result<()> {
     if (sample_time / record.sample_time - 1.0).abs() > SAME_TIME {
         return Err(IdentificationError::Model(format!(
@@ -104,8 +103,7 @@ impl GivenModel {
         }
     }
 
-    /// The judgement on the first input and output of a record: fits of the simulation, and of predictions so many
-    /// samples ahead.
+    /// The judgement on the first input and output of a record: the fit of the simulation, and of predictions at these horizons.
     ///
     /// # Errors
     /// [`IdentificationError`]: a model without coefficients, a record with another sampling interval, or without input
@@ -166,7 +164,7 @@ impl GivenModel {
         })
     }
 
-    /// The same model of so many records, each with a motion at its beginning, which is 0.
+    /// The same model for this many records, each with an initial motion of 0.
     ///
     /// # Errors
     /// [`IdentificationError`]: a model without coefficients.
@@ -177,8 +175,8 @@ impl GivenModel {
         let square = self.covariance.iter().all(|row| row.len() == count);
         if !proper || self.covariance.len() != count || !square {
             return Err(IdentificationError::Model(
-                "a model has a denominator that begins with 1, as many numerator coefficients as poles, or one more, and \
-                 a covariance of both"
+                "the model needs a denominator that begins with 1, as many numerator coefficients \
+                 as poles or one more, and a covariance of both"
                     .to_owned(),
             ));
         }
@@ -248,7 +246,7 @@ impl GivenModel {
 }
 
 impl Estimate {
-    /// Fits the motion at the beginning of a record; whether there is one that does not grow beyond measure.
+    /// Fits the initial motion of a record; returns whether a bounded one exists.
     fn set_in_motion(&mut self, number: usize, run: Run<'_>) -> bool {
         let unknown = self.layout.structure.unknown(run.past.len());
         let left = self.simulation_errors(number, run);

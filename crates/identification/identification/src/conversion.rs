@@ -1,12 +1,11 @@
-//! From the sampled model to the continuous one, and to the vehicle's pitch equation.
+//! Converts the sampled model to the continuous one, and to the vehicle's pitch equation.
 //!
-//! A model of an input that is held over each interval comes apart into modes
+//! A model with zero-order hold is decomposed into modes
 //! ```text
 //! G(z) = sum r_i / (z - p_i)   <->   G(s) = sum R_i / (s - s_i)
 //! s_i = ln(p_i) / T,   r_i = R_i (p_i - 1) / s_i   (R_i T at s_i = 0)
 //! ```
-//! which is exact. There is no way back from a pole on the negative real axis or at 0: no continuous
-//! system has one.
+//! which is exact. A pole on the negative real axis or at 0 cannot be converted: no continuous system has one.
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix3};
 use planesman_linear::{
@@ -17,10 +16,10 @@ use crate::error::{IdentificationError, Result};
 use crate::estimators::{Estimate, Physical};
 use crate::model::Model;
 
-/// Poles nearer than this are one: their residues would be rounding.
+/// Poles nearer than this count as equal: their residues would be rounding error.
 const APART: f64 = 1e-7;
 
-/// A continuous model behind a delay.
+/// A continuous model with a delay.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Continuous {
     /// `G(s)`, the highest power first.
@@ -29,7 +28,7 @@ pub struct Continuous {
     pub delay: f64,
 }
 
-/// The continuous model whose response to a held input is the sampled one's.
+/// The continuous model whose response under zero-order hold equals the sampled model's.
 ///
 /// # Errors
 /// [`IdentificationError`]: a pole without a continuous counterpart, poles too near each other.
@@ -57,12 +56,12 @@ pub fn continuous(model: &Model) -> Result<Continuous> {
     for (i, p) in poles.iter().enumerate() {
         if p.im == 0.0 && p.re <= 0.0 {
             return refuse(format!(
-                "the pole {:.4} in z is not that of a continuous system",
+                "the pole {:.4} in z does not belong to a continuous system",
                 p.re
             ));
         }
         if poles[..i].iter().any(|q| (p - q).modulus() < APART) {
-            return refuse(format!("two poles meet at {:.4} in z", p.re));
+            return refuse(format!("two poles coincide at {:.4} in z", p.re));
         }
         let s = discrete_to_continuous(*p, dt)
             .ok_or_else(|| IdentificationError::Model("a pole without a logarithm".to_owned()))?;
@@ -109,15 +108,15 @@ pub fn continuous(model: &Model) -> Result<Continuous> {
     Ok(Continuous { transfer, delay })
 }
 
-/// The pitch equation behind a second-order model with a zero at z = 1:
+/// The pitch equation that corresponds to a second-order model with a zero at z = 1:
 /// ```text
 /// b (1 - q^-1) q^-1 / (1 + a1 q^-1 + a2 q^-2)   <->   kappa s / (s^2 + beta s + mu)
 /// beta = -ln(a2) / T,   mu = s1 s2,   kappa = b (s1 - s2) / (p1 - p2)
 /// ```
-/// with the covariance carried over (slopes by central differences).
+/// with the propagated covariance (slopes by central differences).
 ///
 /// # Errors
-/// [`IdentificationError`], when the estimate has another structure, or poles that no continuous system has.
+/// [`IdentificationError`], if the estimate has another structure, or poles that no continuous system has.
 pub fn pitch_equation(estimate: &Estimate) -> Result<Physical> {
     let s = &estimate.layout.structure;
     if (s.poles, s.numerator, s.delay) != (2, 1, 1)
@@ -125,7 +124,7 @@ pub fn pitch_equation(estimate: &Estimate) -> Result<Physical> {
         || s.known_denominator != [1.0]
     {
         return Err(IdentificationError::Model(
-            "the pitch equation is second order with a zero at z = 1".to_owned(),
+            "the pitch equation needs a second-order model with a zero at z = 1".to_owned(),
         ));
     }
     let dt = estimate.sample_time;
@@ -233,7 +232,7 @@ mod tests {
             continuous(&smoother)
                 .unwrap_err()
                 .to_string()
-                .contains("not that of a continuous system")
+                .contains("does not belong to a continuous system")
         );
     }
 

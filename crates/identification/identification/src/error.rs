@@ -3,13 +3,13 @@
 use planesman_record::RecordError;
 use thiserror::Error;
 
-/// Why there is no model, by who can mend it.
+/// Reasons why there is no model, grouped by who can fix them.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum IdentificationError {
-    /// A structure or an option without meaning.
+    /// An invalid structure or option.
     #[error("{0}")]
     Option(String),
-    /// A record that is none: lists that do not pair, numbers that are not finite.
+    /// An invalid record: lists of different lengths, or non-finite numbers.
     #[error("{0}")]
     Record(String),
     /// There are fewer rows than parameters.
@@ -20,24 +20,24 @@ pub enum IdentificationError {
         /// Parameters sought.
         parameters: usize,
     },
-    /// The rows depend on each other.
+    /// The rows are linearly dependent.
     #[error("the record determines {rank} of {parameters} parameters")]
     Rank {
-        /// Directions among the parameters that the rows determine.
+        /// The number of parameter directions that the rows determine.
         rank: usize,
         /// Parameters sought.
         parameters: usize,
     },
-    /// The records do not determine the unknowns, in another way.
+    /// The records do not determine the unknowns, for another reason.
     #[error("{0}")]
     Undetermined(&'static str),
-    /// The coherence holds in no band of frequencies.
+    /// The coherence is too low in every band of frequencies.
     #[error("{0}")]
     NoBand(String),
-    /// A search or a filter that settles nowhere.
+    /// A search or a filter that does not converge.
     #[error("{0}")]
     Search(&'static str),
-    /// A model without what was asked of it.
+    /// A model that lacks a requested property.
     #[error("{0}")]
     Model(String),
     /// The first of two stages failed.

@@ -1,15 +1,14 @@
 //! The fit of a model to a record: `100 (1 - |y - yhat| / |y - mean y|)` %.
 //!
-//! 100 % is a perfect match, 0 % no better than the output's mean, negative worse than
-//! that. *One step ahead* predicts each output from the measured ones before it, which
-//! flatters: a model that repeats the last output does well. *Simulated* runs the model on the
+//! 100 % is a perfect match, 0 % is no better than the output's mean, and negative values are worse. *One step ahead* predicts each output
+//! from the measured ones before it, which is optimistic: a model that repeats the last output does well. *Simulated* runs the model on the
 //! input alone, from rest, as the thesis compares its models (Brunner, NPS thesis, 1988, ch. V).
 
 use crate::model::Model;
 use planesman_record::Input;
 
-/// The spread of the outputs seen, with forgetting: `sum_i lambda^(k-i) (y_i - mean)^2`,
-/// updated in West's stable form (*Comm. ACM* 22, 1979).
+/// The sum of squares of the outputs about their mean, with forgetting: `sum_i lambda^(k-i) (y_i - mean)^2`, updated in West's stable form
+/// (*Comm. ACM* 22, 1979).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FitRange {
     weight: f64,
@@ -18,7 +17,7 @@ pub struct FitRange {
 }
 
 impl FitRange {
-    /// Takes one value; those before it count `forgetting` times what they did.
+    /// Takes one value; earlier values are weighted by a further factor `forgetting`.
     pub fn update(&mut self, value: f64, forgetting: f64) {
         let before = self.weight * forgetting;
         self.weight = before + 1.0;
@@ -35,8 +34,7 @@ impl FitRange {
     }
 }
 
-/// The fit, %, for a sum of squared errors and the output's own sum of squares about its
-/// mean; `None` when the output did not move.
+/// The fit, %, for a sum of squared errors and the output's own sum of squares about its mean; `None` if the output is constant.
 #[must_use]
 pub fn fit(squared_errors: f64, spread: f64) -> Option<f64> {
     (spread > 0.0)
@@ -44,8 +42,8 @@ pub fn fit(squared_errors: f64, spread: f64) -> Option<f64> {
         .filter(|fit| fit.is_finite())
 }
 
-/// The fit, %, of `model` run from rest on the inputs alone; `inputs[k]` acts over the interval that begins
-/// with `outputs[k]`. `None` when the output did not move or the run overflows.
+/// The fit, %, of `model` simulated from rest on the inputs alone; `inputs[k]` acts over the interval that begins with `outputs[k]`. `None`
+/// if the output is constant or the simulation overflows.
 #[must_use]
 pub fn simulated(model: &Model, inputs: &[Input], outputs: &[f64]) -> Option<f64> {
     let simulated = model.simulate(inputs, outputs.len());

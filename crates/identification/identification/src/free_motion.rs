@@ -1,20 +1,19 @@
-//! What an initial state accounts for.
+//! The effect of an initial state.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::estimators::impulse;
 use planesman_record::filter;
 
-/// Singular values below this share of the largest count as none.
+/// Singular values below this share of the largest count as zero.
 const NEGLIGIBLE: f64 = 1e-9;
-/// Samples that a state is fitted to at least, for each pole, and as one part in so many of a record.
+/// Minimum number of samples to which a state is fitted: for each pole, and as a fraction 1/n of a record.
 pub(crate) const STATE_SAMPLES: usize = 4;
 pub(crate) const STATE_SHARE: usize = 20;
-/// Growth of a free motion beyond which differences are rounding.
+/// Beyond this growth of a free motion, differences are rounding error.
 const LARGEST: f64 = 1e7;
 
-/// The sum of squares of `left` that no free motion of the denominator takes away; infinite where a free motion grows
-/// beyond measure.
+/// The sum of squares of `left` after subtracting the best free motion of the denominator; infinite if a free motion diverges.
 pub(crate) fn without_free_motion(left: &[f64], denominator: &[f64]) -> f64 {
     let (n, count) = (denominator.len() - 1, left.len());
     let all: f64 = left.iter().map(|v| v * v).sum();
@@ -38,8 +37,8 @@ pub(crate) fn without_free_motion(left: &[f64], denominator: &[f64]) -> f64 {
     rotated.rows(n, count - n).norm_squared() + rest
 }
 
-/// The free motion of the denominator nearest to `left`: `m0 ... m(n-1)` of `(m0 + m1 q^-1 + ...) / A impulse`; `None`
-/// where a free motion grows beyond measure, or `left` is too short to tell.
+/// The free motion of the denominator nearest to `left`: `m0 ... m(n-1)` of `(m0 + m1 q^-1 + ...) / A impulse`; `None` if a free motion
+/// diverges, or `left` is too short.
 pub(crate) fn free_motion(left: &[f64], denominator: &[f64]) -> Option<Vec<f64>> {
     let (n, count) = (denominator.len() - 1, left.len());
     if n == 0 {
@@ -58,8 +57,7 @@ pub(crate) fn free_motion(left: &[f64], denominator: &[f64]) -> Option<Vec<f64>>
     Some(found.iter().zip(sizes).map(|(m, size)| m / size).collect())
 }
 
-/// The sum of squares of `left` behind its first `before` samples, without the free motion of the denominator that those have;
-/// `None` where it grows beyond measure.
+/// The sum of squares of `left` after its first `before` samples, minus the free motion fitted to those; `None` if it diverges.
 pub(crate) fn carried_on(left: &[f64], before: usize, denominator: &[f64]) -> Option<f64> {
     let mut impulse = free_motion(left.get(..before)?, denominator)?;
     impulse.resize(left.len(), 0.0);
@@ -68,8 +66,8 @@ pub(crate) fn carried_on(left: &[f64], before: usize, denominator: &[f64]) -> Op
     Some(pairs.map(|(e, motion)| (e - motion).powi(2)).sum())
 }
 
-/// The free motions of the denominator as columns of length 1, the impulse response and its shifts, and the lengths they
-/// had; `None` where they grow beyond measure.
+/// The free motions of the denominator as columns of length 1 (the impulse response and its shifts), and their original lengths; `None` if
+/// they diverge.
 fn motions(count: usize, denominator: &[f64]) -> Option<(DMatrix<f64>, Vec<f64>)> {
     let n = denominator.len() - 1;
     let motion = filter(&[1.0], denominator, &impulse(0, count));

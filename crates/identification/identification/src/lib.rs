@@ -1,17 +1,17 @@
 #![doc = include_str!("../README.md")]
 //!
 //! - [`Record`], [`Structure`], [`Problem`]: the data, what is unknown, and both together.
-//! - [`estimators`]: least squares, ARMAX, output error, recursions, a vehicle's own equations, a Kalman filter, two stages
-//!   in a closed loop: behind one trait.
+//! - [`estimators`]: least squares, ARMAX, output error, recursions, a vehicle's own equations, a Kalman filter, two stages in a closed
+//!   loop: all with one trait.
 //! - [`frequency`]: frequency responses with coherence and errors, of several inputs and in closed loops.
-//! - [`RecursiveLeastSquares`], [`Triangle`]: least squares by square roots, row by row and at once.
+//! - [`RecursiveLeastSquares`], [`Triangle`]: least squares in square-root form, row by row and at once.
 //! - [`Model`], [`Readout`], [`Reading`], [`continuous`]: poles, gains and responses, with standard errors.
 //! - [`selection`]: order, delay and kind of model, by cross-validation or by information criteria.
-//! - [`several`]: several inputs to one output, a transfer function of each.
-//! - [`static_curve`]: curves in front of linear dynamics and behind them.
+//! - [`several`]: several inputs to one output, with a transfer function for each.
+//! - [`static_curve`]: static curves in front of linear dynamics or behind them.
 //! - [`validation`]: residual tests, identifiability.
-//! - [`analysis`]: all of it on one record, with a verdict in plain words.
-//! - [`GivenModel`], [`Judgement`]: a model of any origin on a record: simulation, predictions, residual tests.
+//! - [`analysis`]: a complete analysis of one record, with a verdict in plain words.
+//! - [`GivenModel`], [`Judgement`]: a model from any source on a record: simulation, predictions, residual tests.
 //!
 //! Sources: Ljung, *System Identification*, 2nd ed., 1999; Brunner (NPS thesis, 1988), ch. V.
 

@@ -8,8 +8,8 @@ use crate::error::Result;
 use crate::regression::Shape;
 use planesman_record::Input;
 
-/// `1 + a1 + ... + an` closer to zero than this share of `1 + |a1| + ... + |an|` is taken
-/// for a pole at z = 1: the steady-state gain would be rounding.
+/// If `1 + a1 + ... + an` is closer to zero than this share of `1 + |a1| + ... + |an|`, there is a pole at z = 1: a steady-state gain would
+/// be rounding error.
 const INTEGRATOR_TOLERANCE: f64 = 1e-12;
 
 /// The model of [`rows`](crate::rows), its parameters by name.
@@ -19,18 +19,18 @@ pub struct Model {
     pub sample_time: f64,
     /// `a1 ... an`.
     pub a: Vec<f64>,
-    /// `b0`, which acts at once, output unit per input unit; 0 where every input acts later.
+    /// `b0` for direct feedthrough, output unit per input unit; 0 if every input acts later.
     pub feedthrough: f64,
     /// `b1 ... bn`, output unit per input unit.
     pub b: Vec<f64>,
-    /// `c1 ... cn`, output unit per input unit; empty when no moment is regressed on.
+    /// `c1 ... cn`, output unit per input unit; empty without moments as regressors.
     pub c: Vec<f64>,
-    /// Output unit; 0 when none is regressed on.
+    /// Output unit; 0 without a bias as regressor.
     pub bias: f64,
 }
 
 impl Model {
-    /// The model whose parameters stand in `theta`, in the order of the regression's row.
+    /// The model with the parameters `theta`, in the order of the regression's row.
     #[must_use]
     pub fn from_parameters(shape: Shape, theta: &[f64], sample_time: f64) -> Self {
         let n = shape.order;
@@ -49,7 +49,7 @@ impl Model {
         }
     }
 
-    /// `b1 ... bn`, led by `b0` where there is direct feedthrough.
+    /// `b1 ... bn`, preceded by `b0` with direct feedthrough.
     #[must_use]
     pub fn numerator(&self, feedthrough: bool) -> Vec<f64> {
         let lead = feedthrough.then_some(self.feedthrough);
@@ -61,20 +61,20 @@ impl Model {
         std::iter::once(1.0).chain(self.a.iter().copied()).collect()
     }
 
-    /// The poles in the z plane, largest magnitude first, the upper of a pair before the lower.
+    /// The poles in the z plane, largest magnitude first; of a pair the upper first.
     ///
     /// # Errors
-    /// [`IdentificationError`](crate::IdentificationError), when the roots cannot be found.
+    /// [`IdentificationError`](crate::IdentificationError), if the roots cannot be found.
     pub fn poles(&self) -> Result<Vec<Complex<f64>>> {
         let mut poles = polynomial::roots(&self.denominator())?;
         sort_largest_first(&mut poles);
         Ok(poles)
     }
 
-    /// The zeros of the numerator in the z plane, in the order of the poles.
+    /// The zeros of the numerator in the z plane, in the same order as poles.
     ///
     /// # Errors
-    /// [`IdentificationError`](crate::IdentificationError), when the roots cannot be found.
+    /// [`IdentificationError`](crate::IdentificationError), if the roots cannot be found.
     pub fn zeros(&self) -> Result<Vec<Complex<f64>>> {
         let numerator = self.numerator(self.feedthrough != 0.0);
         let mut zeros =
@@ -83,17 +83,16 @@ impl Model {
         Ok(zeros)
     }
 
-    /// A pole's place in the s plane, `ln(z) / T`, 1/s. A pole at z = 0, whose logarithm is
-    /// without bound, is given the logarithm of the smallest positive number.
+    /// A pole's place in the s plane, `ln(z) / T`, 1/s. For a pole at z = 0, whose logarithm is infinite, the logarithm of the smallest
+    /// positive number is used.
     #[must_use]
     pub fn continuous(&self, z: Complex<f64>) -> Complex<f64> {
         discrete_to_continuous(z, self.sample_time)
             .unwrap_or_else(|| Complex::new(libm::log(f64::MIN_POSITIVE) / self.sample_time, 0.0))
     }
 
-    /// The slowest pole in the s plane, 1/s: the one with the largest real part, the upper of
-    /// a pair. Poles on the negative real axis of z are left out: no continuous system
-    /// has one, least squares puts them there to smooth noise. `None` when no other is left.
+    /// The slowest pole in the s plane, 1/s: the one with the largest real part, of a pair the upper one. Poles on the negative real axis
+    /// of z are left out: no continuous system has one; least squares puts them there to smooth noise. `None` if no other pole exists.
     #[must_use]
     pub fn dominant_pole(&self) -> Option<Complex<f64>> {
         self.poles()
@@ -116,8 +115,8 @@ impl Model {
             .filter(|gain| gain.is_finite())
     }
 
-    /// The output at `count` samples from rest: `inputs[k]` acts over the interval that begins with
-    /// sample k, and there is neither input nor bias before the first.
+    /// The output at `count` samples from rest: `inputs[k]` acts over the interval that begins with sample k, and there is neither input
+    /// nor bias before the first.
     #[must_use]
     pub fn simulate(&self, inputs: &[Input], count: usize) -> Vec<f64> {
         let mut outputs: Vec<f64> = Vec::with_capacity(count);
@@ -142,7 +141,7 @@ impl Model {
     }
 }
 
-/// Largest magnitude first, the upper of a pair before the lower.
+/// Largest magnitude first; of a pair the upper first.
 fn sort_largest_first(roots: &mut [Complex<f64>]) {
     // Conjugates found apart may differ in the last bit: order them by a rounded
     // magnitude, so that the pair stays together.

@@ -4,7 +4,7 @@
 //! A y = B u + constant + C e      y(k) by the equation, from outputs and errors up to k - ahead, later errors 0
 //! y = (B/A) u + offset + e/D      the simulation, and D's continuation of its error up to k - ahead
 //! ```
-//! One sample ahead what is missed is the model's residual `e`. A model without a noise model predicts what it simulates.
+//! One sample ahead, the prediction error is the model's residual `e`. A model without a noise model predicts the same as it simulates.
 
 use std::ops::RangeInclusive;
 
@@ -15,13 +15,13 @@ use crate::fit::{FitRange, fit};
 use crate::structure::monic;
 use planesman_record::{Run, filter};
 
-/// Samples of a prediction, where nothing else is asked for.
+/// The default prediction horizon, samples.
 pub const AHEAD: usize = 10;
 
-/// Predictions of a record that begin with a measured past, at most.
+/// Maximum number of predictions from a measured past in a record.
 const PREDICTIONS: usize = 20_000;
 
-/// The squares that are missed, and the output's spread at the same samples.
+/// The sum of squared prediction errors, and the output's sum of squares at the same samples.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Missed {
     squares: f64,
@@ -29,7 +29,7 @@ pub(crate) struct Missed {
 }
 
 impl Missed {
-    /// Both, of several records.
+    /// Adds both for several records.
     pub(crate) fn and(self, other: Self) -> Self {
         Self {
             squares: self.squares + other.squares,
@@ -37,12 +37,12 @@ impl Missed {
         }
     }
 
-    /// The fit, %; `None` when the output did not move, or the predictions have no bound.
+    /// The fit, %; `None` if the output is constant, or the predictions diverge.
     pub(crate) fn fit(self) -> Option<f64> {
         fit(self.squares, self.spread)
     }
 
-    /// Of outputs and by how much each is missed.
+    /// From pairs of outputs and errors.
     pub(crate) fn by(pairs: impl Iterator<Item = (f64, f64)>) -> Self {
         let mut spread = FitRange::default();
         let mut squares = 0.0;
@@ -57,7 +57,7 @@ impl Missed {
     }
 }
 
-/// What predictions of so many samples miss of record `number`, which the model is fitted to.
+/// The errors of predictions at this horizon for record `number`, to which the model is fitted.
 pub(crate) fn missed(found: &Estimate, number: usize, run: Run<'_>, ahead: usize) -> Missed {
     if found.error == Error::Output {
         return by_noise_model(found, number, run, ahead);
@@ -95,7 +95,7 @@ pub(crate) fn missed(found: &Estimate, number: usize, run: Run<'_>, ahead: usize
     }))
 }
 
-/// The same of a simulation, and what the noise model says of its error from the errors before.
+/// The same for a simulation, corrected by what the noise model predicts of its error from earlier errors.
 fn by_noise_model(found: &Estimate, number: usize, run: Run<'_>, ahead: usize) -> Missed {
     let errors = found.simulation_errors(number, run);
     let d = &found.noise_denominator;
@@ -110,7 +110,7 @@ fn by_noise_model(found: &Estimate, number: usize, run: Run<'_>, ahead: usize) -
     }))
 }
 
-/// The errors of one sample's prediction, from the first whose past is known: the model's residuals of record `number`.
+/// The one-step prediction errors, from the first sample with a known past: the model's residuals of record `number`.
 pub(crate) fn residuals(found: &Estimate, number: usize, run: Run<'_>) -> Vec<f64> {
     let (mut errors, past) = match found.error {
         Error::Equation => (
@@ -146,7 +146,7 @@ fn errors_of_equation(found: &Estimate, number: usize, run: Run<'_>) -> Vec<f64>
     filter(&[1.0], &monic(&found.noise_model), &errors)
 }
 
-/// The output by the difference equation without noise, from the first measured outputs.
+/// The output of the difference equation without noise, from the first measured outputs.
 pub(crate) fn from_first_outputs(found: &Estimate, number: usize, run: Run<'_>) -> Vec<f64> {
     let a = found.layout.denominator(found.theta.as_slice());
     let first = found.layout.structure.history().min(run.outputs.len());
@@ -170,7 +170,7 @@ fn constant(found: &Estimate, number: usize) -> f64 {
     at.map_or(0.0, |at| found.theta[at])
 }
 
-/// The last of some samples by `y_k = forced(k) - a1 y_(k-1) - ... - an y_(k-n)`, from the values before them.
+/// Computes the last samples by `y_k = forced(k) - a1 y_(k-1) - ... - an y_(k-n)`, from the values before them.
 fn extrapolated(
     values: &[f64],
     a: &[f64],

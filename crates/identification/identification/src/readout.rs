@@ -1,12 +1,11 @@
-//! The present estimate of a recursion as a [`Model`]: the whole transfer function, with what
-//! was known of it beforehand, and its covariance.
+//! The current estimate of a recursion as a [`Model`]: the whole transfer function, including known factors, and its covariance.
 //!
 //! A recursion's unknowns enter linearly:
 //! ```text
 //! a = D (1, a~),  b = q^-delay N b~,  c = q^-delay N c~,  bias = D(1) constant
 //! ```
-//! but for a constant that stands on the output, `bias = A(1) offset`. The vehicle's equations are sampled with
-//! the input held ([`Filter::sampled`]).
+//! except for a constant on the output, for which `bias = A(1) offset`. The vehicle's equations are sampled under zero-order hold
+//! ([`Filter::sampled`]).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -18,17 +17,17 @@ use crate::model::Model;
 /// The names of the unknowns of the vehicle's equations; the gyro's bias last.
 pub const PHYSICAL: [&str; UNKNOWNS + 1] = ["K/J", "B/J", "M_theta/J", "bias"];
 
-/// A model, and how sure it is.
+/// A model and its covariance.
 #[derive(Clone, Debug)]
 pub struct Readout {
     /// The model.
     pub model: Model,
-    /// The covariance of `[a b c bias]`; `None` while it is unknown.
+    /// The covariance of `[a b c bias]`; `None` if unknown.
     pub covariance: Option<DMatrix<f64>>,
 }
 
 impl Readout {
-    /// Of a recursion: with its first moments, if `moments`, and its constant, if it has one.
+    /// The readout of a recursion: with first moments if `moments`, and with its constant if it has one.
     #[must_use]
     pub fn of_recursion(recursion: &Recursion, moments: bool, sample_time: f64) -> Self {
         let rows = recursion.rows();
@@ -85,7 +84,7 @@ impl Readout {
         Self { model, covariance }
     }
 
-    /// Of the vehicle's equations, with the gyro's bias as constant.
+    /// The readout of the vehicle's equations, with the gyro's bias as constant.
     #[must_use]
     pub fn of_vehicle(filter: &Filter, sample_time: f64) -> Self {
         let (found, known) = filter.learnt();

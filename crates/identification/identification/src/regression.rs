@@ -10,23 +10,21 @@
 //! phi_k = [-y_(k-1) ... -y_(k-n), u_(k-1) ... u_(k-n), m_(k-1) ... m_(k-n), 1]
 //! theta = [a1 ... an, b1 ... bn, c1 ... cn, bias]
 //! ```
-//! u is the input's mean over a sampling interval and m its first moment (see
-//! [`Input`]); the c and bias columns are there when asked for.
+//! u is the input's mean over a sampling interval and m its first moment (see [`Input`]); the c and bias columns are optional.
 //!
-//! Rows begin where a whole history exists, k = n: none is invented. The thesis asks for runs
-//! that begin at zero "for best data correlation" (ch. V.F); with whole histories a record may
-//! begin in motion.
+//! Rows begin where a complete history exists, at k = n. The thesis asks for runs that begin at zero "for best data correlation" (ch. V.F);
+//! with complete histories a record may begin in motion.
 
 use planesman_record::Input;
 
-/// Which columns the regression has.
+/// The columns of the regression.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shape {
     /// `n`, the order: at least 1.
     pub order: usize,
-    /// The first moments are regressed on.
+    /// Whether first moments are regressors.
     pub moment: bool,
-    /// A constant is regressed on.
+    /// Whether a constant is a regressor.
     pub bias: bool,
 }
 
@@ -42,7 +40,7 @@ impl Shape {
 #[derive(Clone, Debug)]
 struct History {
     shape: Shape,
-    /// Newest first, as the row has them.
+    /// Newest first, as in the row.
     outputs: Vec<f64>,
     inputs: Vec<Input>,
     row: Vec<f64>,
@@ -59,15 +57,15 @@ impl History {
         }
     }
 
-    /// Forgets everything and begins with `output`, which no input is known to have led to.
+    /// Clears the history and begins with `output`, without a known input before it.
     fn begin(&mut self, output: f64) {
         self.outputs.clear();
         self.inputs.clear();
         self.outputs.push(output);
     }
 
-    /// Takes the output and the input over the interval that ended with it. Returns the row phi
-    /// to regress `output` on, once the history before it is n long.
+    /// Takes the output and the input over the interval that ended with it. Returns the row phi for the regression of `output`, once the
+    /// history before it is n long.
     fn push(&mut self, input: Input, output: f64) -> Option<&[f64]> {
         let n = self.shape.order;
         self.inputs.insert(0, input);
@@ -90,8 +88,7 @@ impl History {
     }
 }
 
-/// Every row of a record, with the output each is regressed on: `inputs[k]` acts over the
-/// interval that begins with `outputs[k]`.
+/// Every row of a record with its output: `inputs[k]` acts over the interval that begins with `outputs[k]`.
 #[must_use]
 pub fn rows(shape: Shape, inputs: &[Input], outputs: &[f64]) -> Vec<(Vec<f64>, f64)> {
     let mut history = History::new(shape);

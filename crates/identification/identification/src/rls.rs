@@ -4,36 +4,32 @@
 //! ```text
 //! J = sum_i lambda^(k-i) (y_i - phi_i . theta)^2 + lambda^k |theta|^2 / p0
 //! ```
-//! which for lambda = 1 is `(Phi'Phi + I/p0)^-1 Phi'y`, the textbook recursion started from
-//! theta = 0, P = p0 I. That recursion squares the data's condition number, 1e5 for a
-//! third-order vehicle sampled at 20 Hz, and lets P lose its symmetry and sign. Here
-//! instead the triangle R and the vector z of
+//! which for lambda = 1 is `(Phi'Phi + I/p0)^-1 Phi'y`, the textbook recursion started from theta = 0, P = p0 I. That recursion squares the
+//! data's condition number, 1e5 for a third-order vehicle sampled at 20 Hz, and lets P lose its symmetry and sign. Instead, this module
+//! stores the triangle R and the vector z of
 //! ```text
 //! J = |R theta - z|^2 + V
 //! ```
-//! are kept, and each row is folded in by Givens rotations (Bierman, *Factorization Methods
-//! for Discrete Sequential Estimation*, 1977, ch. V; Gentleman, *J. Inst. Maths Applics* 12,
-//! 1973). R is what a QR factorisation of the whole record would give, so nothing
-//! is lost against the batch solution; `P = R^-1 R^-T` is positive definite by construction;
-//! and p0 may be as large as one likes.
+//! and adds each row by Givens rotations (Bierman, *Factorization Methods for Discrete Sequential Estimation*, 1977, ch. V; Gentleman, *J.
+//! Inst. Maths Applics* 12, 1973). R equals that of a QR factorisation of the whole record, so nothing is lost compared with the batch
+//! solution; `P = R^-1 R^-T` is positive definite by construction; and p0 may be arbitrarily large.
 //!
-//! With lambda < 1 the prior fades too, and in directions the rows never excite P would
-//! grow without bound. So whenever the prior has faded to a millionth of what it was, it is
-//! restored about the present estimate: that changes neither theta nor V, and keeps P below a
-//! million times p0.
+//! With lambda < 1 the prior is forgotten too, and P would grow without bound in directions that the rows never excite. So whenever the
+//! prior has decayed to a millionth, it is restored at the current estimate: that changes neither theta nor V, and keeps P below a million
+//! times p0.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::{IdentificationError, Result};
 
-/// The share of the prior's information below which forgetting restores it.
+/// The share of the prior's information below which it is restored.
 const FADED: f64 = 1e-6;
 
-/// A direction in the parameters counts as learnt when the rows say at least this many
-/// times more about it than the prior `|theta|^2 / p0` does.
+/// A parameter direction counts as learnt if the rows contribute at least this many times more information about it than the prior
+/// `|theta|^2 / p0`.
 const LEARNT: f64 = 100.0;
 
-/// The least-squares problem so far.
+/// The current least-squares problem.
 #[derive(Clone, Debug)]
 pub struct RecursiveLeastSquares {
     forgetting: f64,
@@ -44,12 +40,12 @@ pub struct RecursiveLeastSquares {
     cost: f64,
     /// `1 / p0`.
     initial: f64,
-    /// The prior's share of each diagonal of R'R: `lambda^k / p0` until it is restored.
+    /// The prior's part of each diagonal element of R'R: `lambda^k / p0` until it is restored.
     prior: f64,
     /// `sum_i lambda^(k-i)`.
     weight: f64,
     rows: u64,
-    /// The row being folded in.
+    /// The row being added.
     work: Vec<f64>,
 }
 
@@ -57,8 +53,7 @@ impl RecursiveLeastSquares {
     /// No rows yet: theta = 0, P = `initial_covariance` I. `forgetting` is lambda in (0, 1].
     ///
     /// # Errors
-    /// [`IdentificationError`], when there are no parameters, lambda is outside (0, 1] or p0 is not
-    /// positive and finite.
+    /// [`IdentificationError`], if there are no parameters, lambda is outside (0, 1] or p0 is not positive and finite.
     pub fn new(parameters: usize, forgetting: f64, initial_covariance: f64) -> Result<Self> {
         if parameters == 0 {
             return Err(IdentificationError::Option(
@@ -99,36 +94,36 @@ impl RecursiveLeastSquares {
         self.rows = 0;
     }
 
-    /// Forgets at another rate from the next row on.
+    /// Uses another forgetting factor from the next row on.
     ///
     /// # Errors
-    /// [`IdentificationError`], when lambda is outside (0, 1].
+    /// [`IdentificationError`], if lambda is outside (0, 1].
     pub fn set_forgetting(&mut self, forgetting: f64) -> Result<()> {
         check_forgetting(forgetting)?;
         self.forgetting = forgetting;
         Ok(())
     }
 
-    /// Forgets how well theta is known, and keeps theta: P = p0 I.
+    /// Resets the covariance and keeps theta: P = p0 I.
     pub fn reset_covariance(&mut self) {
         let theta = self.parameters();
         self.restart_about(&theta);
     }
 
-    /// Forgets every row and begins at `theta`, P = p0 I.
+    /// Forgets every row and restarts at `theta`, P = p0 I.
     pub fn restart_about(&mut self, theta: &DVector<f64>) {
         self.reset();
         self.set_parameters(theta);
     }
 
-    /// Takes over what `other`, of as many parameters, has learnt. The rows folded in so far still count.
+    /// Copies the estimate of `other`, which has the same number of parameters. Earlier rows still count.
     pub fn take_over(&mut self, other: &Self) {
         let rows = self.rows;
         self.clone_from(other);
         self.rows = rows;
     }
 
-    /// Moves the estimate to `theta`; how well it is known stays.
+    /// Moves the estimate to `theta`; its covariance is kept.
     pub fn set_parameters(&mut self, theta: &DVector<f64>) {
         self.z = &self.r * theta;
     }
@@ -141,12 +136,11 @@ impl RecursiveLeastSquares {
             .map_or(f64::INFINITY, |w| w.norm_squared())
     }
 
-    /// Forgets only what the rows so far say about `row . theta`: with `w = R phi`,
+    /// Forgets only the information of earlier rows about `row . theta`: with `w = R phi`,
     /// ```text
     /// R'R <- R' (1 - (1 - lambda) w w' / w'w) R
     /// ```
-    /// (Cao and Schwartz, *Automatica* 36, 2000). Directions no row comes from are kept as they are, so
-    /// P stays bounded without a limit.
+    /// (Cao and Schwartz, *Automatica* 36, 2000). Directions without new rows are kept unchanged, so P stays bounded without a limit.
     pub fn forget_along(&mut self, row: &[f64], lambda: f64) {
         let w = &self.r * DVector::from_row_slice(row);
         let size = w.norm_squared();
@@ -167,8 +161,8 @@ impl RecursiveLeastSquares {
         self.weight *= lambda;
     }
 
-    /// Brings P below `limit` where its trace is above: a prior of `limit` about the present estimate
-    /// is added, which changes neither theta nor V.
+    /// If the trace of P is above `limit`, reduces it: a prior of `limit` at the current estimate is added, which changes neither theta nor
+    /// V.
     pub fn limit_covariance(&mut self, limit: f64) {
         if self.unit_covariance().trace() <= limit {
             return;
@@ -177,7 +171,7 @@ impl RecursiveLeastSquares {
         self.add_prior(1.0 / limit, &theta);
     }
 
-    /// Folds in one row, `output = row . theta + noise`. `row` has one number per parameter.
+    /// Adds one row, `output = row . theta + noise`. `row` has one number per parameter.
     pub fn update(&mut self, row: &[f64], output: f64) {
         debug_assert_eq!(row.len(), self.z.len());
         if self.forgetting < 1.0 {
@@ -190,7 +184,7 @@ impl RecursiveLeastSquares {
         self.rows += 1;
     }
 
-    /// Lets every row so far count lambda times what it did.
+    /// Multiplies the weight of all earlier rows by lambda.
     fn forget(&mut self) {
         let root = self.forgetting.sqrt();
         self.r *= root;
@@ -215,8 +209,8 @@ impl RecursiveLeastSquares {
         }
     }
 
-    /// Rotates the row in `work` and its output into R and z. Returns what is left of the
-    /// output: the part of the row's residual that no theta takes away.
+    /// Rotates the row in `work` and its output into R and z. Returns the remainder of the output, the part of the row's residual that no
+    /// theta can remove.
     fn fold_in(&mut self, output: f64) -> f64 {
         let p = self.z.len();
         let mut remainder = output;
@@ -246,7 +240,7 @@ impl RecursiveLeastSquares {
         self.z.len()
     }
 
-    /// `theta`: what minimises J, in the order of the row.
+    /// `theta`, the minimum of J, in the order of the row.
     #[must_use]
     pub fn parameters(&self) -> DVector<f64> {
         let p = self.z.len();
@@ -282,21 +276,21 @@ impl RecursiveLeastSquares {
         inverse
     }
 
-    /// `V / (effective rows - parameters)`, the residual's variance, output unit squared;
-    /// `None` with no more rows than parameters.
+    /// `V / (effective rows - parameters)`, the residual's variance, output unit squared; `None` if there are not more rows than
+    /// parameters.
     #[must_use]
     pub fn noise_variance(&self) -> Option<f64> {
         let freedom = self.weight - self.z.len() as f64;
         (freedom > 0.0).then(|| self.cost / freedom)
     }
 
-    /// `V`, the (weighted) sum of squared residuals of the present estimate, output unit squared.
+    /// `V`, the (weighted) sum of squared residuals of the current estimate, output unit squared.
     #[must_use]
     pub fn cost(&self) -> f64 {
         self.cost
     }
 
-    /// `sum_i lambda^(k-i)`, the rows that the estimate rests on.
+    /// `sum_i lambda^(k-i)`, the effective number of rows.
     #[must_use]
     pub fn weight(&self) -> f64 {
         self.weight
@@ -308,8 +302,7 @@ impl RecursiveLeastSquares {
         self.rows
     }
 
-    /// The number of directions in the space of all parameters that the rows determine: singular values of
-    /// R above the share `tolerance` of the largest.
+    /// The number of parameter directions that the rows determine: singular values of R above the share `tolerance` of the largest.
     #[must_use]
     pub fn rank(&self, tolerance: f64) -> usize {
         let singular = self.r.singular_values();
@@ -317,8 +310,8 @@ impl RecursiveLeastSquares {
         singular.iter().filter(|s| **s > least).count()
     }
 
-    /// The number of directions in the space of the parameters in `columns` that the rows do not
-    /// determine: their estimate is still the prior. 0 when all are determined.
+    /// The number of directions among the parameters in `columns` that the rows do not determine: there the estimate is still the prior. 0
+    /// if all are determined.
     #[must_use]
     pub fn unlearnt(&self, columns: &[usize]) -> usize {
         let threshold = LEARNT * self.prior;
@@ -335,10 +328,10 @@ impl RecursiveLeastSquares {
     }
 }
 
-/// The one rule for a forgetting factor.
+/// The range check of a forgetting factor.
 ///
 /// # Errors
-/// When lambda is outside (0, 1].
+/// If lambda is outside (0, 1].
 pub(crate) fn check_forgetting(forgetting: f64) -> Result<()> {
     if forgetting > 0.0 && forgetting <= 1.0 {
         Ok(())

@@ -1,4 +1,4 @@
-//! Signals about their levels and over their scales, as models are sought in them.
+//! Signals relative to their levels and scales, as used in searches.
 
 use crate::structure::variance;
 
@@ -10,7 +10,7 @@ pub(crate) struct Scale {
 }
 
 impl Scale {
-    /// Of lists; the level is 0 where the model knows one.
+    /// Level and scale of lists; the level is 0 if the model does not allow an offset.
     pub(crate) fn of(lists: &[&[f64]], is_centred: bool) -> Self {
         let all = lists.concat();
         let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
@@ -21,7 +21,7 @@ impl Scale {
         }
     }
 
-    /// Values about the level, over the size.
+    /// Values minus the level, divided by the scale.
     pub(crate) fn taken_off(self, values: &[f64]) -> Vec<f64> {
         let values = values.iter();
         values.map(|v| (v - self.level) / self.size).collect()

@@ -5,23 +5,22 @@
 //! x = the n directions of the past that are most correlated with it
 //! x_(k+1) = A x_k + B u_k + constant + K e_k,   e_k what [x_k, u_k, 1] leave of y_k      by least squares
 //! ```
-//! The outputs to come, freed of what inputs and outputs between add to them, are regressed on the past; the n directions
-//! most correlated (canonical variates, Larimore, *American Control Conf.*, 1983) are the state (Jansson, "Subspace
-//! identification and ARX modeling", *IFAC SYSID*, 2003). Regressing states on states is step two of N4SID (Van Overschee
-//! and De Moor, *Automatica* 30, 1994), whose step one, an oblique projection in place of the equation of high order, is
-//! biased in a closed loop.
+//! The future outputs, after subtracting the effect of inputs and outputs in between, are regressed on the past; the n most correlated
+//! directions (canonical variates, Larimore, *American Control Conf.*, 1983) are the state (Jansson, "Subspace identification and ARX
+//! modeling", *IFAC SYSID*, 2003). Regressing states on states is step two of N4SID (Van Overschee and De Moor, *Automatica* 30, 1994). Its
+//! step one, an oblique projection instead of the high-order equation, is biased in a closed loop.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 use planesman_linear::poles::eigenvalues;
 use planesman_linear::polynomial;
 
-/// Orders of the equation of high order that are tried.
+/// Orders of the high-order equation that are tried.
 pub(crate) const HIGH: [usize; 4] = [5, 10, 20, 40];
-/// Samples of past and future at most.
+/// Maximum number of past and future samples.
 const HORIZON: usize = 25;
 
-/// `a1 ... an` of the orders from 1 up to `most`, or as many as the samples determine, from the coefficients `a1, a2, ...`
-/// and `b0, b1, ...` of an equation of high order, and of each record what drives it and its output.
+/// `a1 ... an` of the orders from 1 to `most`, or as many as the samples determine. The arguments are the coefficients `a1, a2, ...` and
+/// `b0, b1, ...` of a high-order equation, and the input and output of each record.
 pub(crate) fn poles_of_states(
     (a, b): (&[f64], &[f64]),
     runs: &[(&[f64], &[f64])],
@@ -116,7 +115,7 @@ pub(crate) fn poles_of_states(
         .collect()
 }
 
-/// A root of the past's products, and the directions of the past, over that root, by their correlation with the future.
+/// A square root of the past's products, and the directions of the past, divided by that root, sorted by their correlation with the future.
 fn directions(future: &DMatrix<f64>, past: &DMatrix<f64>) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
     let root = |of: &DMatrix<f64>| {
         let products = of.tr_mul(of);

@@ -1,4 +1,4 @@
-//! Static curves beside linear dynamics: in front of them (Hammerstein's model) or behind (Wiener's).
+//! Static curves in front of linear dynamics (Hammerstein models) or behind them (Wiener models).
 //!
 //! ```text
 //! Hammerstein   y = G(q) f(u) + offset      Wiener   y = f(G(q) u + offset)
@@ -17,19 +17,19 @@ const FEW_VALUES: usize = 40;
 const SMALL_CHANGE: f64 = 1e-6;
 const INDEPENDENT: f64 = 1e-4;
 
-/// Which side of the linear dynamics a curve is on.
+/// The side of the linear dynamics on which a curve is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// In front of them: of the input.
+    /// In front of them: a curve of the input.
     Input,
-    /// Behind them: of the output.
+    /// Behind them: a curve of the output.
     Output,
 }
 
 /// A curve. Levels and widths are in the signal's unit.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StaticCurve {
-    /// Nothing between two levels, slope 1 beyond them: `x - upper`, 0, `x - lower`.
+    /// Zero between two levels, slope 1 beyond them: `x - upper`, 0, `x - lower`.
     DeadZone {
         /// The lower level.
         lower: f64,
@@ -38,24 +38,24 @@ pub enum StaticCurve {
     },
     /// Slope 1 between two levels, constant beyond them.
     Saturation {
-        /// The lower level, where there is one.
+        /// The lower level, if any.
         lower: Option<f64>,
-        /// The upper level, where there is one.
+        /// The upper level, if any.
         upper: Option<f64>,
     },
-    /// `x |x| + c x`, as of a thruster by its speed.
+    /// `x |x| + c x`, for example a thruster's force over its speed.
     Square {
-        /// `c`, the signal's unit; `None` for 0, which is known.
+        /// `c`, the signal's unit; `None` for a known 0.
         linear: Option<f64>,
     },
     /// Straight lines that meet at levels.
     Piecewise {
-        /// The levels, rising.
+        /// The levels, increasing.
         levels: Vec<f64>,
-        /// The slopes below the first level, between two, and above the last; one is 1, which is not sought.
+        /// The slopes below the first level, between two, and above the last; one of them is fixed at 1.
         slopes: Vec<f64>,
     },
-    /// Play between a signal and what follows it; the width is all of it.
+    /// Play (backlash); the width is the total play.
     Backlash {
         /// The width.
         width: f64,
@@ -63,7 +63,7 @@ pub enum StaticCurve {
 }
 
 impl StaticCurve {
-    /// Its kind, as the field names it.
+    /// The kind, as in the file's field.
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
@@ -75,7 +75,7 @@ impl StaticCurve {
         }
     }
 
-    /// What is sought of it, by name.
+    /// The estimated parameters, by name.
     #[must_use]
     pub fn parameters(&self) -> Vec<(String, f64)> {
         let named = |name: &str, value: f64| (name.to_owned(), value);
@@ -103,7 +103,7 @@ impl StaticCurve {
         }
     }
 
-    /// The curve of that kind with these parameters, by name; `None` where they are not its own.
+    /// The curve of that kind with these named parameters; `None` if they do not match.
     #[must_use]
     pub fn named(kind: &str, parameters: &[(&str, f64)]) -> Option<Self> {
         let of = |name: &str| parameters.iter().find(|it| it.0 == name).map(|it| it.1);
@@ -139,8 +139,7 @@ impl StaticCurve {
         (values.len() == parameters.len()).then(|| curve.with(&values))?
     }
 
-    /// The curve with other values of what is sought, in the order of [`Self::parameters`]; `None` where levels cross or a width is
-    /// negative.
+    /// The curve with other parameter values, in the order of [`Self::parameters`]; `None` if levels cross or a width is negative.
     pub(crate) fn with(&self, values: &[f64]) -> Option<Self> {
         if values.iter().any(|it| !it.is_finite()) {
             return None;
@@ -177,7 +176,7 @@ impl StaticCurve {
         }
     }
 
-    /// Where it bends.
+    /// The levels at which it bends.
     pub(crate) fn levels(&self) -> Vec<f64> {
         match self {
             Self::DeadZone { lower, upper } => vec![*lower, *upper],
@@ -195,7 +194,7 @@ impl StaticCurve {
         }
     }
 
-    /// Whether its values there, times a gain and with an offset, tell all its parameters, with one value more to test them by.
+    /// Whether its values there, with a gain and an offset, determine all its parameters and leave one value for a test.
     fn is_told_by(&self, values: &[f64]) -> bool {
         if matches!(self, Self::Backlash { .. }) {
             return true; // What it was before tells too.
@@ -226,7 +225,7 @@ impl StaticCurve {
             && DMatrix::from_columns(&columns).rank(INDEPENDENT) == numbers
     }
 
-    /// The same but for its size, with 1 as the largest slope of straight lines.
+    /// The same curve scaled so that the largest slope of straight lines is 1.
     pub(crate) fn normalised(self) -> Self {
         match self {
             Self::Piecewise { levels, slopes } => {
@@ -245,7 +244,7 @@ impl StaticCurve {
         }
     }
 
-    /// What the curve makes of a signal; only backlash remembers, from the middle of its play on.
+    /// Applies the curve to a signal; only backlash has memory, and starts in the middle of its play.
     #[must_use]
     pub fn of(&self, signal: &[f64]) -> Vec<f64> {
         match self {
@@ -296,7 +295,7 @@ impl StaticCurve {
         }
     }
 
-    /// A record whose first input is what the curve makes of it.
+    /// A record with the curve applied to its first input.
     #[must_use]
     pub fn of_input(&self, record: &Record) -> Record {
         let mut record = record.clone();
@@ -313,7 +312,7 @@ impl StaticCurve {
         record
     }
 
-    /// The known and the following inputs of a run through the curve.
+    /// The earlier and the following inputs of a run after the curve.
     pub(crate) fn of_run(&self, run: &Run<'_>) -> (Vec<f64>, Vec<f64>) {
         let mut past = self.of(&[run.past, run.inputs].concat());
         let inputs = past.split_off(run.past.len());
@@ -331,7 +330,7 @@ pub struct FittedCurve {
 }
 
 impl FittedCurve {
-    /// A curve that is known.
+    /// A known curve, with zero covariance.
     pub(crate) fn known(curve: &StaticCurve) -> Self {
         let count = curve.parameters().len();
         Self {
@@ -340,8 +339,8 @@ impl FittedCurve {
         }
     }
 
-    /// Whether no parameter is known less well than the signal's range tells, and a signal of few values has enough of them: more than
-    /// the curve with a gain and an offset has numbers, of which none makes up for another at those values.
+    /// Whether every parameter is known better than the signal's range. A signal with few values must have more values than the curve has
+    /// parameters including gain and offset, and at these values no parameter may compensate for another.
     #[must_use]
     pub fn is_determined(&self, signal: &[f64]) -> bool {
         let size = range(signal);
@@ -350,7 +349,7 @@ impl FittedCurve {
         is_known && few_values(signal).is_none_or(|values| self.curve.is_told_by(&values))
     }
 
-    /// What was sought: name, value and standard deviation.
+    /// Name, value and standard deviation of the estimated parameters.
     pub fn named(&self) -> impl Iterator<Item = (String, f64, f64)> {
         let deviation = |j: usize| self.covariance[(j, j)].max(0.0).sqrt();
         let named = self.curve.parameters().into_iter().enumerate();
@@ -358,7 +357,7 @@ impl FittedCurve {
     }
 }
 
-/// The values of a signal of few, rising.
+/// The values, increasing, of a signal with few values.
 fn few_values(signal: &[f64]) -> Option<Vec<f64>> {
     let mut values: Vec<f64> = Vec::new();
     for value in signal {
@@ -372,7 +371,7 @@ fn few_values(signal: &[f64]) -> Option<Vec<f64>> {
     Some(values)
 }
 
-/// Which slope is 1.
+/// Which slope is fixed at 1.
 fn reference(slopes: &[f64]) -> usize {
     let at_one = slopes.iter().position(|it| *it == 1.0);
     at_one.unwrap_or_default()

@@ -1,17 +1,14 @@
-//! The unknowns and the records to find them from: the transfer function's structure and the place
-//! of every unknown in the vector of parameters.
+//! The unknowns and the data: the transfer function's structure, the records, and the place of every unknown in the parameter vector.
 //!
 //! ```text
 //!                    N(q)   b1 + b2 q^-1 + ... + bm q^-(m-1)
 //! y_k = q^-delay  *  ---- * -------------------------------- u_k  +  offset  +  noise_k
 //!                    D(q)     1 + a1 q^-1 + ... + an q^-n
 //! ```
-//! `N/D` is what is known beforehand, in powers of `q^-1`: `1 - q^-1` above for the zero at z = 1
-//! that a vehicle with restoring moment has from planes to pitch rate, below for an integrator.
-//! The input is sent through it before anything is estimated.
+//! `N/D` is the known part, in powers of `q^-1`: for example `1 - q^-1` in N for the zero at z = 1 that a vehicle with restoring moment has
+//! from planes to pitch rate, or in D for an integrator. The input is filtered by it before the estimation.
 //!
-//! Several records may share one model. Each has an offset of its own, and its own
-//! numerator when only the poles are common.
+//! Several records may share one model. Each has its own offset, and its own numerator if only the poles are common.
 
 use std::ops::Range;
 
@@ -21,13 +18,13 @@ use planesman_record::{Run, filter};
 use crate::error::{IdentificationError, Result};
 use crate::model::Model;
 
-/// Samples in which a structure and a first guess are sought when there are more.
+/// In longer records, structure and initial guess are searched in this many samples.
 pub const PART: usize = 10_000;
 
-/// The share of a normal distribution's mass in a 95 % interval, as standard deviations.
+/// Half a 95 % interval of a normal distribution, in standard deviations.
 pub const SIGMAS_95: f64 = 1.959_964;
 
-/// What an input on straight lines does between its samples, powers of `q^-1`.
+/// The filter for an input that is linear between its samples, powers of `q^-1`.
 const LINES: [f64; 2] = [0.5, 0.5];
 
 /// The mean squared distance from the mean.
@@ -37,20 +34,20 @@ pub(crate) fn variance(values: &[f64]) -> f64 {
     values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count
 }
 
-/// The greatest less the least.
+/// The maximum minus the minimum.
 pub(crate) fn range(values: &[f64]) -> f64 {
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
     let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     most - least
 }
 
-/// How a record begins.
+/// The initial state of a record.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum InitialState {
-    /// At rest: no input before the first sample, no motion but the offset.
+    /// At rest: no input before the first sample, no motion except the offset.
     #[default]
     Rest,
-    /// In motion: the n numbers that describe it are estimated too, where an estimator needs them.
+    /// In motion: the n numbers of the initial motion are estimated too, if an estimator needs them.
     Estimated,
 }
 
@@ -63,15 +60,15 @@ pub struct Structure {
     pub numerator: usize,
     /// Samples from an input to its first effect; 0 for direct feedthrough.
     pub delay: usize,
-    /// The output has an unknown offset.
+    /// Whether the output has an unknown offset.
     pub offset: bool,
-    /// `N`, powers of `q^-1` from 0; `[1]` when no zero is known.
+    /// `N`, powers of `q^-1` from 0; `[1]` if no zero is known.
     pub known_numerator: Vec<f64>,
-    /// `D`, powers of `q^-1` from 0, the first 1; `[1]` when no pole is known.
+    /// `D`, powers of `q^-1` from 0, the first 1; `[1]` if no pole is known.
     pub known_denominator: Vec<f64>,
-    /// How the records begin.
+    /// The initial state of the records.
     pub start: InitialState,
-    /// The records have only their poles in common.
+    /// Whether the records have only their poles in common.
     pub own_numerators: bool,
 }
 
@@ -107,21 +104,21 @@ impl Structure {
         self
     }
 
-    /// The same for an input that moves on straight lines between its samples: over each interval its mean acts,
-    /// `(1 + q^-1)/2` of the sample at the interval's end.
+    /// The same for an input that is linear between its samples: in each interval the mean acts, `(1 + q^-1)/2` of the sample at the
+    /// interval's end.
     #[must_use]
     pub fn with_lines(mut self) -> Self {
         self.known_numerator = product(&self.known_numerator, &LINES);
         self
     }
 
-    /// Whether the input moves on straight lines between its samples: nothing else that is known puts a zero at z = -1.
+    /// Whether the input is linear between its samples: no other known factor has a zero at z = -1.
     #[must_use]
     pub fn has_lines(&self) -> bool {
         self.without_lines() != self.known_numerator
     }
 
-    /// `N` without what the input does between its samples.
+    /// `N` without the factor for the input between its samples.
     fn without_lines(&self) -> Vec<f64> {
         let alternating = self.known_numerator.iter().rev().enumerate();
         let at_minus_one: f64 = alternating
@@ -138,8 +135,8 @@ impl Structure {
         quotient
     }
 
-    /// The structure from the input's mean over each interval to the output: of an input on straight lines without them, and
-    /// with the interval that the mean is of as delay.
+    /// The structure from the input's mean over each interval to the output: without the factor for straight lines, and with one interval
+    /// of delay.
     #[must_use]
     pub(crate) fn of_means(&self) -> Self {
         let known_numerator = self.without_lines();
@@ -157,9 +154,9 @@ impl Structure {
         self
     }
 
-    /// A record's input through what is known, delayed so that element k first acts on output k. Before a record in
-    /// motion the input is its past; where that is not known, it is taken to have stood at its first known value: a
-    /// constant added to it changes the offset alone. Outputs that this drives are not known ([`Self::unknown`]).
+    /// A record's input after the known factors, delayed so that element k first acts on output k. For a record in motion, the input before
+    /// it is its past. If that is not known, it is assumed constant at its first known value: adding a constant changes only the offset.
+    /// Outputs that depend on it are not known ([`Self::unknown`]).
     #[must_use]
     pub fn driving(&self, past: &[f64], inputs: &[f64]) -> Vec<f64> {
         let past = match self.start {
@@ -178,8 +175,8 @@ impl Structure {
         driving
     }
 
-    /// The same of a record before which the input, where it is not known, stood at its first known value. An integrated input
-    /// of a record in motion counts from the first sample.
+    /// The same for a record before which the unknown input is assumed constant at its first known value. For a record in motion an
+    /// integrated input starts at the first sample.
     #[must_use]
     pub(crate) fn driving_from_standing(&self, past: &[f64], inputs: &[f64]) -> Vec<f64> {
         let (InitialState::Estimated, Some(first)) = (self.start, past.first().or(inputs.first()))
@@ -196,8 +193,8 @@ impl Structure {
         driving
     }
 
-    /// The first outputs of a record in motion that inputs act on which are not known, with so many known before it:
-    /// they count for nothing. What a state of the poles accounts for is none of them.
+    /// The number of first outputs of a record in motion that depend on unknown inputs, given this many known ones before it; they are
+    /// ignored. Outputs that an initial state of the poles can explain do not count.
     #[must_use]
     pub fn unknown(&self, past: usize) -> usize {
         let beyond_state = (self.numerator - 1).saturating_sub(self.poles);
@@ -209,7 +206,7 @@ impl Structure {
         }
     }
 
-    /// Samples of history a row of the difference equation needs.
+    /// The number of earlier samples that a row of the difference equation needs.
     #[must_use]
     pub fn history(&self) -> usize {
         let inputs = self.delay + self.numerator - 1;
@@ -219,7 +216,7 @@ impl Structure {
     }
 }
 
-/// A structure, the sampling interval and the records to find the unknowns from.
+/// A structure, the sampling interval and the records, from which the unknowns are estimated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Problem<'a> {
     /// The unknowns.
@@ -233,7 +230,7 @@ pub struct Problem<'a> {
 impl<'a> Problem<'a> {
     /// # Errors
     /// [`IdentificationError`]: a structure without numerator, a record whose inputs and outputs differ
-    /// in number, numbers that are not finite.
+    /// in number, or a number is not finite.
     pub fn new(structure: Structure, sample_time: f64, runs: Vec<Run<'a>>) -> Result<Self> {
         let option = |reason| Err(IdentificationError::Option(reason));
         let record = |reason| Err(IdentificationError::Record(reason));
@@ -248,7 +245,7 @@ impl<'a> Problem<'a> {
             return option(format!("sampling interval {sample_time} s refused"));
         }
         if runs.is_empty() {
-            return record("there is no record".to_owned());
+            return record("there are no records".to_owned());
         }
         for run in &runs {
             if run.inputs.len() != run.outputs.len() {
@@ -263,7 +260,7 @@ impl<'a> Problem<'a> {
                 .iter()
                 .any(|v| !v.is_finite())
             {
-                return record("a record holds numbers that are not finite".to_owned());
+                return record("a record contains numbers that are not finite".to_owned());
             }
         }
         Ok(Self {
@@ -273,8 +270,8 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// A part of the records to find one's way in, when they are longer than [`PART`]: as many samples of
-    /// the longest, where its input varies most, in motion. `None` when they are short.
+    /// A part of the records for the search, if they are longer than [`PART`]: as many samples of the longest, where its input varies most,
+    /// in motion. `None` if they are short.
     #[must_use]
     pub fn part(&self) -> Option<Self> {
         let longest = self.runs.iter().max_by_key(|run| run.outputs.len())?;
@@ -308,7 +305,7 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// The last samples of the longest record, in motion, at most so many.
+    /// The last samples of the longest record, in motion, at most this many.
     pub(crate) fn last_samples(&self, most: usize) -> Self {
         let longest = self.runs.iter().max_by_key(|run| run.outputs.len());
         let run = longest.copied().unwrap_or_default();
@@ -335,7 +332,7 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Where each unknown stands.
+    /// The place of each unknown.
     #[must_use]
     pub fn layout(&self) -> Layout {
         Layout {
@@ -344,7 +341,7 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Of each record, the outputs that are driven by inputs which are not known.
+    /// For each record, the number of outputs that depend on unknown inputs.
     #[must_use]
     pub fn unknown(&self) -> Vec<usize> {
         let runs = self.runs.iter();
@@ -352,7 +349,7 @@ impl<'a> Problem<'a> {
             .collect()
     }
 
-    /// Each record's input as [`Structure::driving`] has it.
+    /// Each record's input, filtered and delayed as in [`Structure::driving`].
     #[must_use]
     pub fn driving(&self) -> Vec<Vec<f64>> {
         let runs = self.runs.iter();
@@ -361,8 +358,7 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// Where each unknown stands in theta: `[a, b (of each record), offset of each record, motion
-/// at each record's beginning]`.
+/// The place of each unknown in theta: `[a, b (of each record), offset of each record, motion at each record's beginning]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
     /// The unknowns.
@@ -404,7 +400,7 @@ impl Layout {
             .then(|| self.b(self.runs - 1).end + run)
     }
 
-    /// The motion at a record's beginning; empty when all begin at rest.
+    /// The initial motion of a record; empty if all begin at rest.
     #[must_use]
     pub fn motion(&self, run: usize) -> Range<usize> {
         let first = self.without_motion();
@@ -417,7 +413,7 @@ impl Layout {
         }
     }
 
-    /// Parameters of the difference equation, which needs no motion.
+    /// The number of parameters of the difference equation, without initial motions.
     #[must_use]
     pub fn without_motion(&self) -> usize {
         self.b(self.runs - 1).end + if self.structure.offset { self.runs } else { 0 }
@@ -429,9 +425,8 @@ impl Layout {
         self.motion(self.runs - 1).end
     }
 
-    /// The model of a record in full: what is known multiplied in, the delay as leading zeros, as
-    /// many numerator coefficients as poles, those at z = 0 that a long numerator or delay makes
-    /// included.
+    /// The complete model of a record: known factors multiplied in, the delay as leading zeros, as many numerator coefficients as poles,
+    /// including poles at z = 0 that a long numerator or delay causes.
     #[must_use]
     pub fn model(&self, theta: &[f64], run: usize, sample_time: f64) -> Model {
         let s = &self.structure;

@@ -1,5 +1,4 @@
-//! Uncertainty of derived quantities: the covariance of the parameters propagated to poles,
-//! zeros, gains and frequency responses.
+//! Uncertainty of derived quantities: the covariance of the parameters propagated to poles, zeros, gains and frequency responses.
 //!
 //! To first order (the delta method) a quantity `f(theta)` has the covariance `J P J'`, with J its
 //! slope. All slopes are exact:
@@ -7,9 +6,8 @@
 //! p a root of A:  dp/da_i = -p^(n-i) / A'(p)          s = ln(p)/T:  ds = dp / (p T)
 //! G = B/A:        dG/da_i = -G z^(-i) / A,  dG/db_j = z^(-j) / A
 //! ```
-//! A complex quantity has a covariance of its real and imaginary parts: an ellipse. What is
-//! known beforehand has none. Where two roots nearly meet, the slope grows without bound and the
-//! first order says little; the ellipse is then large, as it should be.
+//! A complex quantity has a covariance of its real and imaginary parts: an ellipse. Known values have zero covariance. Where two roots
+//! nearly coincide, the slope grows without bound and the first-order approximation is poor; the ellipse is then large, as it should be.
 
 use std::ops::Range;
 
@@ -35,12 +33,12 @@ const CANCELS: f64 = 0.2;
 pub struct Uncertain {
     /// The quantity.
     pub value: Complex<f64>,
-    /// The covariance of real and imaginary part; zero for what is known.
+    /// The covariance of real and imaginary part; zero for known values.
     pub covariance: Matrix2<f64>,
 }
 
 impl Uncertain {
-    /// A quantity that is known.
+    /// A known quantity, with zero covariance.
     #[must_use]
     pub fn known(value: Complex<f64>) -> Self {
         Self {
@@ -72,7 +70,7 @@ impl Uncertain {
         (along.dot(&(self.covariance * along))).max(0.0).sqrt()
     }
 
-    /// Of a pole in s, the damping ratio `-re/|s|` and its standard deviation.
+    /// For a pole in s, the damping ratio `-re/|s|` and its standard deviation.
     #[must_use]
     pub fn damping_ratio(&self) -> (f64, f64) {
         let size = self.value.modulus();
@@ -81,8 +79,7 @@ impl Uncertain {
         (-self.value.re / size, slope.abs() * self.phase_deviation())
     }
 
-    /// What a pole in s does, in words, with 95 % intervals: natural frequency and damping ratio of a pair, time constant of a real
-    /// pole.
+    /// The mode of a pole in s as text, with 95 % intervals: natural frequency and damping ratio of a pair, time constant of a real pole.
     #[must_use]
     pub fn mode_text(&self) -> String {
         let Complex { re, im } = self.value;
@@ -113,8 +110,8 @@ impl Uncertain {
         (across.dot(&(self.covariance * across))).max(0.0).sqrt() / size
     }
 
-    /// The ellipse that holds the truth with 95 %, as `points` points; for a normal distribution in
-    /// two dimensions 2.448 standard deviations, along a line 1.960.
+    /// The ellipse that contains the true value with 95 % probability, as `points` points; 2.448 standard deviations for a normal
+    /// distribution in two dimensions, 1.960 along a line.
     #[must_use]
     pub fn ellipse_95(&self, points: usize) -> Vec<Complex<f64>> {
         let on_a_line = self.covariance[(1, 1)] <= 1e-24 * self.covariance[(0, 0)];
@@ -132,7 +129,7 @@ impl Uncertain {
     }
 }
 
-/// A root this near to z = 1 is there.
+/// A root this near to z = 1 counts as being there.
 const AT_ONE: f64 = 1e-6;
 
 /// Poles, zeros, gain and response of an estimate, with their covariance.
@@ -143,7 +140,7 @@ pub struct Reading<'a> {
 }
 
 impl<'a> Reading<'a> {
-    /// Of record `run`.
+    /// The quantities for record `run`.
     #[must_use]
     pub fn new(estimate: &'a Estimate, run: usize) -> Self {
         Self { estimate, run }
@@ -152,7 +149,7 @@ impl<'a> Reading<'a> {
     /// The poles in z, the one with the largest real part first; known ones last.
     ///
     /// # Errors
-    /// [`IdentificationError`](crate::IdentificationError), when the roots cannot be found.
+    /// [`IdentificationError`](crate::IdentificationError), if the roots cannot be found.
     pub fn poles(&self) -> Result<Vec<Uncertain>> {
         let layout = &self.estimate.layout;
         let mut monic = vec![1.0];
@@ -162,10 +159,10 @@ impl<'a> Reading<'a> {
         Ok(poles)
     }
 
-    /// The zeros in z, as the poles.
+    /// The zeros in z, in the same order as poles.
     ///
     /// # Errors
-    /// [`IdentificationError`](crate::IdentificationError), when the roots cannot be found.
+    /// [`IdentificationError`](crate::IdentificationError), if the roots cannot be found.
     pub fn zeros(&self) -> Result<Vec<Uncertain>> {
         let layout = &self.estimate.layout;
         let b = &self.estimate.theta.as_slice()[layout.b(self.run)];
@@ -177,8 +174,7 @@ impl<'a> Reading<'a> {
         Ok(zeros)
     }
 
-    /// The poles, one of each pair, that a zero may cancel: one lies so near that the 95 % intervals do not tell them
-    /// apart.
+    /// The poles, one of each pair, that a zero may cancel: the zero is so near that the 95 % intervals do not separate them.
     pub(crate) fn cancelled_poles(&self) -> Vec<Uncertain> {
         let (Ok(poles), Ok(zeros)) = (self.poles(), self.zeros()) else {
             return Vec::new();
@@ -194,16 +190,16 @@ impl<'a> Reading<'a> {
         poles.filter(cancels).collect()
     }
 
-    /// The poles in s, `ln(z)/T`, 1/s, in the order of [`Reading::poles`]; a pole at z = 0 has none.
+    /// The poles in s, `ln(z)/T`, 1/s, in the order of [`Reading::poles`]; without poles at z = 0.
     ///
     /// # Errors
-    /// As [`Reading::poles`].
+    /// Like [`Reading::poles`].
     pub fn continuous_poles(&self) -> Result<Vec<Uncertain>> {
         let poles = self.poles()?;
         Ok(poles.iter().filter_map(|it| self.in_s(it)).collect())
     }
 
-    /// A pole in z as one in s; a pole at z = 0 has none.
+    /// Converts a pole in z to s; `None` at z = 0.
     #[must_use]
     pub fn in_s(&self, pole: &Uncertain) -> Option<Uncertain> {
         let dt = self.estimate.sample_time;
@@ -215,10 +211,10 @@ impl<'a> Reading<'a> {
         })
     }
 
-    /// The poles in z, the slowest first, a pair once.
+    /// The poles in z, slowest first, one of each pair.
     ///
     /// # Errors
-    /// As [`Reading::poles`].
+    /// Like [`Reading::poles`].
     pub fn slowest_first(&self) -> Result<Vec<Uncertain>> {
         let mut poles = self.poles()?;
         poles.retain(|it| it.value.im >= 0.0);
@@ -227,14 +223,13 @@ impl<'a> Reading<'a> {
         Ok(poles)
     }
 
-    /// What the poles do, in words with 95 % intervals, the slowest first; without the artefacts of sampling, which are no modes
-    /// of the system.
+    /// The modes of the poles as text with 95 % intervals, slowest first; without artefacts of sampling, which are not modes of the system.
     #[must_use]
     pub fn modes(&self) -> Vec<String> {
         self.system_poles().map(|it| it.mode_text()).collect()
     }
 
-    /// The modes whose pole differs from 0 beyond its 95 % interval, as [`Reading::modes`], and the number of the others.
+    /// The modes whose pole differs from 0 beyond its 95 % interval, as in [`Reading::modes`], and the number of the others.
     #[must_use]
     pub fn determined_modes(&self) -> (Vec<String>, usize) {
         let is_determined = |it: &Uncertain| {
@@ -247,7 +242,7 @@ impl<'a> Reading<'a> {
         )
     }
 
-    /// The poles in s, the slowest first, a pair once; without the artefacts of sampling.
+    /// The poles in s, slowest first, one of each pair; without artefacts of sampling.
     fn system_poles(&self) -> impl Iterator<Item = Uncertain> {
         let mut poles = self.slowest_first().unwrap_or_default();
         poles.retain(|it| !is_sampling_artefact(it.value));
@@ -261,8 +256,8 @@ impl<'a> Reading<'a> {
         self.response(0.0)
     }
 
-    /// The gain of a model that integrates `n` times, K of `K/(s^n (T s + 1))`, output unit per input unit and s^n, and n; `None`
-    /// without a pole known to be at z = 1.
+    /// The gain of a model that integrates `n` times, K of `K/(s^n (T s + 1))`, output unit per input unit and s^n, and n; `None` without a
+    /// pole known to be at z = 1.
     #[must_use]
     pub fn integrator_gain(&self) -> Option<(Uncertain, usize)> {
         let known = &self.estimate.layout.structure.known_denominator;
@@ -281,7 +276,7 @@ impl<'a> Reading<'a> {
         Some((gain, integrators))
     }
 
-    /// The gain of a model that integrates, in words, with its 95 % interval.
+    /// The gain of an integrating model as text, with its 95 % interval.
     #[must_use]
     pub fn integrator_gain_text(&self) -> Option<String> {
         let (gain, integrators) = self.integrator_gain()?;
@@ -293,7 +288,7 @@ impl<'a> Reading<'a> {
         Some(format!("{gain} per s{power}, K of K/s{power}"))
     }
 
-    /// The frequency response at `omega` rad/s; `None` where it has no bound.
+    /// The frequency response at `omega` rad/s; `None` where it is infinite.
     #[must_use]
     pub fn response(&self, omega: f64) -> Option<Uncertain> {
         self.response_behind(omega, &self.estimate.layout.structure.known_denominator)
@@ -327,7 +322,7 @@ impl<'a> Reading<'a> {
         (value.re.is_finite() && value.im.is_finite()).then_some(found)
     }
 
-    /// The output's change after a unit step of the input at sample 0, at so many samples, output unit per input unit.
+    /// The output's change after a unit step of the input at sample 0, for the first `count` samples, output unit per input unit.
     #[must_use]
     pub fn step_response(&self, count: usize) -> Vec<f64> {
         self.step_through_numerator(&self.step_through_poles(count))
@@ -355,7 +350,7 @@ impl<'a> Reading<'a> {
         each.map(|(k, value)| (*value, deviation(k))).collect()
     }
 
-    /// A unit step through delay, known zeros and all poles: the slope of its response over the first coefficient of the numerator.
+    /// A unit step filtered by delay, known zeros and all poles: the slope of the step response by the first numerator coefficient.
     fn step_through_poles(&self, count: usize) -> Vec<f64> {
         let layout = &self.estimate.layout;
         let structure = &layout.structure;
@@ -371,8 +366,7 @@ impl<'a> Reading<'a> {
         filter(&self.estimate.theta.as_slice()[b], &[1.0], through_poles)
     }
 
-    /// Roots of a polynomial, the highest power first, whose last coefficients are the parameters
-    /// at `places`, with the covariance these give.
+    /// Roots of a polynomial, highest power first, whose last coefficients are the parameters at `places`, with the propagated covariance.
     fn roots(&self, polynomial: &[f64], places: Range<usize>) -> Result<Vec<Uncertain>> {
         let roots = polynomial::roots(polynomial)?;
         let derivative = polynomial::derivative(polynomial);
@@ -421,7 +415,7 @@ impl<'a> Reading<'a> {
     }
 }
 
-/// The signal so many samples later, cut off at its length.
+/// The signal delayed by this many samples, cut off at its length.
 fn late(signal: &[f64], samples: usize) -> Vec<f64> {
     let later = std::iter::repeat_n(0.0, samples).chain(signal.iter().copied());
     later.take(signal.len()).collect()
@@ -432,7 +426,7 @@ fn rotation(factor: Complex<f64>) -> Matrix2<f64> {
     Matrix2::new(factor.re, -factor.im, factor.im, factor.re)
 }
 
-/// Roots of a polynomial in `q^-1` that is known.
+/// Roots of a known polynomial in `q^-1`.
 fn known_roots(coefficients: &[f64]) -> Result<Vec<Uncertain>> {
     let roots = polynomial::roots(coefficients)?;
     Ok(roots.into_iter().map(Uncertain::known).collect())

@@ -1,8 +1,7 @@
-//! The identifier: messages in, estimates out, of one or several pairs of signals.
+//! The identifier: messages in, estimates out, for one or several pairs of signals.
 //!
-//! Samples are taken in the order of their stamps ([`planesman_signals::Aligner`]), so what is estimated
-//! depends on the messages and not on when they arrived: a bag replayed gives, bit for bit,
-//! what was published live from the same messages.
+//! Samples are processed in the order of their stamps ([`planesman_signals::Aligner`]), so the estimates depend on the messages and not on
+//! when they arrived: replaying a bag gives bit for bit the estimates published live from the same messages.
 
 use planesman_decode::{Types, schema};
 use planesman_identification::Model;
@@ -15,23 +14,23 @@ use crate::pair::{self, Change, DueEstimate, Pair, Scheduled};
 use crate::parameters::{Config, IdentifierParameters};
 use crate::reader::{Sample, TopicReader};
 
-/// Identifies a model between each of some pairs of signals.
+/// Identifies a model for each pair of signals.
 #[derive(Clone, Debug)]
 pub struct Identifier {
-    /// The first is that of the parameters `input` and `output`.
+    /// The first pair belongs to the parameters `input` and `output`.
     pairs: Vec<Pair>,
-    /// How messages at hand are read, with their topic and type.
+    /// Readers for messages in memory, with their topic and type.
     readers: Vec<(String, &'static str, TopicReader)>,
 }
 
-/// The outcome of a message.
+/// The result of processing a message.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// The stamp it was taken at; `None` when nothing could be read.
+    /// The message's stamp; `None` if it could not be read.
     pub stamp: Option<Time>,
     /// The estimates due for publication.
     pub estimates: Vec<ModelEstimate>,
-    /// Sentences naming the signals that it does not hold as finite numbers or lists of such.
+    /// Sentences that name signals without a finite number or list.
     pub refused: Vec<String>,
 }
 
@@ -39,7 +38,7 @@ impl Identifier {
     /// An identifier before its first message.
     ///
     /// # Errors
-    /// When a parameter is rejected, or an entry of `pairs` is not written as it should be.
+    /// If a parameter is rejected, or an entry of `pairs` is malformed.
     pub fn new(parameters: &IdentifierParameters) -> Result<Self, Error> {
         let pairs = pair::described(parameters)?
             .into_iter()
@@ -50,11 +49,10 @@ impl Identifier {
         })
     }
 
-    /// Takes changed parameters, whole or not at all. What a parameter's description does not say to begin
-    /// the estimate anew changes in place.
+    /// Applies changed parameters, all or none. Parameters whose description does not mention a restart change without one.
     ///
     /// # Errors
-    /// As [`Identifier::new`]; the present parameters then stay.
+    /// Like [`Identifier::new`]; then the present parameters stay.
     pub fn set_parameters(&mut self, parameters: &IdentifierParameters) -> Result<(), Error> {
         let new = Self::new(parameters)?;
         let mut changed = self.clone();
@@ -71,7 +69,7 @@ impl Identifier {
         &self.pairs
     }
 
-    /// The pair of that name; the first, if the name is empty.
+    /// The pair with that name; the first, if the name is empty.
     #[must_use]
     pub fn pair(&self, name: &str) -> Option<&Pair> {
         match name {
@@ -80,7 +78,7 @@ impl Identifier {
         }
     }
 
-    /// The parameters in force for the first pair.
+    /// The current parameters of the first pair.
     #[must_use]
     pub fn config(&self) -> &Config {
         self.first().config()
@@ -91,7 +89,7 @@ impl Identifier {
         &self.pairs[0]
     }
 
-    /// Whether messages on `topic` bear one of the signals.
+    /// Whether messages on `topic` contain one of the signals.
     #[must_use]
     pub fn concerns(&self, topic: &str) -> bool {
         self.pairs.iter().any(|pair| pair.config().is_on(topic))
@@ -100,12 +98,12 @@ impl Identifier {
     /// A reader of messages of a type on `topic`, for every pair.
     ///
     /// # Errors
-    /// As [`TopicReader::new`].
+    /// Like [`TopicReader::new`].
     pub fn reader(&self, topic: &str, types: &Types) -> Result<TopicReader, Error> {
         TopicReader::new(self.pairs.iter().map(Pair::config), topic, types)
     }
 
-    /// Takes a payload; its stamp is `sent` where it has none of its own.
+    /// Processes a payload; its stamp is `sent` if it has none of its own.
     pub fn on_payload(&mut self, reader: &mut TopicReader, sent: &Time, payload: &[u8]) -> Outcome {
         let (stamp, due, refused) = learnt(&mut self.pairs, reader.read(payload), sent);
         Outcome {
@@ -115,12 +113,11 @@ impl Identifier {
         }
     }
 
-    /// Takes a message that is at hand, whose stamp is `stamp` where it has none of its own; one on another
-    /// topic is passed over. Returns the estimates due for publication.
+    /// Processes a message in memory; its stamp is `stamp` if it has none of its own. A message on another topic is ignored. Returns the
+    /// estimates due for publication.
     ///
     /// # Errors
-    /// With the signal's name, when the message does not hold it as a finite number or
-    /// list of such; nothing is learnt of it then.
+    /// With the signal's name, if the message has no finite number or list for it; then nothing is learnt.
     pub fn on<M: Message + Field>(
         &mut self,
         topic: &str,
@@ -130,10 +127,10 @@ impl Identifier {
         Ok(pair::made(&self.learn(topic, stamp, message)?))
     }
 
-    /// As [`Identifier::on`], the estimates not made yet.
+    /// Like [`Identifier::on`], without building the estimates.
     ///
     /// # Errors
-    /// As [`Identifier::on`].
+    /// Like [`Identifier::on`].
     pub fn learn<M: Message + Field>(
         &mut self,
         topic: &str,
@@ -163,46 +160,44 @@ impl Identifier {
         }
     }
 
-    /// Says that nothing more will come, at the end of a record: what was held back for an
-    /// earlier message is learnt. Returns the estimates due.
+    /// Ends the data: delayed samples are processed. Returns the estimates due.
     pub fn finish(&mut self) -> Vec<ModelEstimate> {
         self.pairs.iter_mut().flat_map(Pair::finish).collect()
     }
 
-    /// Changes what every pair has learnt, between two samples. Returns the estimates that say so.
+    /// Changes the learnt state of every pair, between two samples. Returns estimates that show the change.
     pub fn change(&mut self, change: Change) -> Vec<ModelEstimate> {
         let pairs = self.pairs.iter_mut();
         pairs.filter_map(|pair| pair.change(change)).collect()
     }
 
-    /// Changes what the pair of that name has learnt when its time has come, as it was changed before.
+    /// Schedules a change of the pair with that name, to reproduce an earlier one.
     pub fn schedule(&mut self, name: &str, scheduled: Scheduled) {
         if let Some(pair) = self.pairs.iter_mut().find(|pair| pair.name() == name) {
             pair.schedule(scheduled);
         }
     }
 
-    /// The first pair's latest output with which all that a lockstep tick brings has come
-    /// ([`Pair::answered`]).
+    /// The first pair's latest output for which all data of its lockstep tick has come ([`Pair::answered`]).
     #[must_use]
     pub fn answered(&self) -> Option<Time> {
         self.first().answered()
     }
 
-    /// The first pair's estimate as it stands, stamped so.
+    /// The first pair's current estimate, with this stamp.
     #[must_use]
     pub fn estimate(&self, stamp: Time) -> ModelEstimate {
         self.first().estimate(stamp)
     }
 
-    /// The first pair's model as it stands.
+    /// The first pair's current model.
     #[must_use]
     pub fn model(&self) -> Model {
         self.first().model()
     }
 }
 
-/// Of a message's samples for the pairs concerned: its stamp, the estimates due, and what is refused ([`Outcome`]).
+/// Processes a message's samples for the pairs concerned; returns its stamp, the estimates due, and refusals ([`Outcome`]).
 fn learnt(
     pairs: &mut [Pair],
     samples: impl Iterator<Item = (usize, Result<Sample, Error>)>,

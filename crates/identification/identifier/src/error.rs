@@ -4,26 +4,26 @@ use planesman_decode::{CompileError, DecodeError, schema::SchemaError};
 use planesman_identification::IdentificationError;
 use planesman_signals::SignalError;
 
-/// A rejected input of the identifier; nothing changes then.
+/// A refused input of the identifier; then nothing changes.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// A parameter, or one that does not go together with others.
+    /// An invalid parameter, or a conflict with others.
     #[error("parameter '{name}': {reason}")]
     Parameter {
         /// The parameter.
         name: &'static str,
-        /// The value, and what would be accepted.
+        /// The value, and what is allowed.
         reason: String,
     },
     /// An entry of the parameter `pairs`.
     #[error(
-        "parameter 'pairs': '{text}' refused: {reason}; it is written NAME: INPUT -> OUTPUT [PARAMETER=VALUE ...], as in \
-         heave: plane_motion:dive_planes -> state:heave order=2"
+        "invalid entry '{text}' of parameter 'pairs': {reason}; write NAME: INPUT -> OUTPUT \
+         [PARAMETER=VALUE ...], as in heave: plane_motion:dive_planes -> state:heave order=2"
     )]
     Entry {
         /// The entry.
         text: String,
-        /// The rule that it breaks.
+        /// The violated rule.
         reason: String,
     },
     /// A parameter of a further pair.
@@ -37,7 +37,7 @@ pub enum Error {
     /// The estimator refuses its settings.
     #[error(transparent)]
     Estimator(#[from] IdentificationError),
-    /// Messages of the type hold no such signal; the topic and the reason.
+    /// Messages of the type have no such signal; the topic and the reason.
     #[error("{0}: {1}")]
     NoSignal(String, Box<CompileError>),
     /// The signal is a list with a name for each number; topic, field, field of the names.
@@ -58,10 +58,10 @@ pub enum Error {
     /// A payload is not a message of the type.
     #[error(transparent)]
     Payload(#[from] DecodeError),
-    /// A message does not hold the signal as a finite number, or a list of such.
+    /// A message has no finite number or list for the signal.
     #[error(transparent)]
     Signal(#[from] SignalError),
-    /// A message that is refused; the sentence that names the signal.
+    /// A refused message; the sentence names the signal.
     #[error("{0}")]
     Message(String),
 }

@@ -6,7 +6,7 @@ use planesman_identification::Structure;
 use planesman_identification::estimators::{Error, Estimate};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
-/// The estimate in a message; `None` when its covariance is not that of its coefficients.
+/// The estimate in a message; `None` if its covariance does not match its coefficients.
 #[must_use]
 pub fn estimate_of(model: &ModelEstimate) -> Option<Estimate> {
     let n = model.a.len();

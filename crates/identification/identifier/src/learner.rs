@@ -1,5 +1,4 @@
-//! Learns a model from samples in order, by any of the estimators that learn while samples arrive, and says
-//! what it is worth.
+//! Learns a model from samples in order, by any recursive estimator, and judges whether it is valid.
 
 use planesman_identification::estimators::Recursive;
 use planesman_identification::estimators::kalman::Filter;
@@ -16,10 +15,10 @@ use crate::parameters::Config;
 /// The forgetting factor of the recent fit: a memory of about 200 samples.
 const RECENT: f64 = 0.995;
 
-/// An unknown of the vehicle's equations is learnt when its deviation is below this share of what it began with.
+/// An unknown of the vehicle's equations counts as learnt if its deviation is below this share of its initial value.
 const LEARNT: f64 = 0.5;
 
-/// The estimator that learns.
+/// The recursive estimator.
 #[derive(Clone, Debug)]
 enum Estimator {
     Recursion(Box<Recursion>),
@@ -43,7 +42,7 @@ impl Estimator {
         })
     }
 
-    /// The interface that both share.
+    /// The common interface of both.
     fn recursive(&mut self) -> &mut dyn Recursive {
         match self {
             Self::Recursion(it) => &mut **it,
@@ -52,29 +51,29 @@ impl Estimator {
     }
 }
 
-/// The estimate so far, and the history the next row is made of.
+/// The current estimate, and the history for the next row.
 #[derive(Clone, Debug)]
 pub(crate) struct Learner {
     estimator: Estimator,
     frozen: bool,
-    /// A sample has come.
+    /// Whether a sample has come.
     begun: bool,
-    /// Samples learnt from.
+    /// Number of samples learnt from.
     samples: u64,
-    /// Samples predicted, learnt from or not.
+    /// Number of samples predicted, whether learnt from or not.
     predicted: u64,
-    /// Of the outputs learnt from.
+    /// The range of the outputs learnt from.
     spread: FitRange,
     recent: Recent,
     /// The last input.
     last_input: Option<Input>,
-    /// The input has changed from one sample to the next, or within one.
+    /// Whether the input has changed from one sample to the next, or within one.
     input_moved: bool,
-    /// The input has moved within a sample.
+    /// Whether the input has moved within a sample.
     moment_seen: bool,
 }
 
-/// Errors of the last predictions, and what they are held against.
+/// The latest prediction errors, and the outputs' range for comparison.
 #[derive(Clone, Copy, Debug, Default)]
 struct Recent {
     squared_errors: f64,
@@ -92,7 +91,7 @@ impl Learner {
     /// A learner before its first sample.
     ///
     /// # Errors
-    /// When the estimator refuses its parameters.
+    /// If the estimator refuses its parameters.
     pub(crate) fn new(config: &Config) -> Result<Self, IdentificationError> {
         Ok(Self::before(Estimator::new(config)?, false))
     }
@@ -113,17 +112,17 @@ impl Learner {
         }
     }
 
-    /// Forgets every sample; frozen stays frozen.
+    /// Forgets every sample; a frozen learner stays frozen.
     pub(crate) fn reset(&mut self) {
         let mut estimator = self.estimator.clone();
         estimator.recursive().reset();
         *self = Self::before(estimator, self.frozen);
     }
 
-    /// Takes what can change while it learns.
+    /// Applies parameters that can change while learning.
     ///
     /// # Errors
-    /// When the estimator refuses it; nothing changes then.
+    /// If the estimator refuses them; then nothing changes.
     pub(crate) fn retune(&mut self, config: &Config) -> Result<(), IdentificationError> {
         match &mut self.estimator {
             Estimator::Recursion(it) => it.set_options(config.options),
@@ -131,7 +130,7 @@ impl Learner {
         }
     }
 
-    /// From now on predicts and learns nothing, or learns again.
+    /// Stops learning (samples are still predicted), or resumes it.
     pub(crate) fn set_frozen(&mut self, frozen: bool) {
         self.frozen = frozen;
         self.estimator.recursive().set_frozen(frozen);
@@ -139,14 +138,14 @@ impl Learner {
         self.recent = Recent::default();
     }
 
-    /// Whether it learns nothing.
+    /// Whether learning is stopped.
     #[must_use]
     pub(crate) fn frozen(&self) -> bool {
         self.frozen
     }
 
-    /// Begins the history anew with `output`; nothing is learnt. What an integral was then is lost: with
-    /// integrators among what is known, all that was learnt goes too.
+    /// Restarts the history with `output`; nothing is learnt. The integral's value is then lost: with known integrators, everything learnt
+    /// is discarded too.
     pub(crate) fn begin(&mut self, output: f64) {
         if let Estimator::Recursion(it) = &self.estimator
             && it.layout().structure.known_denominator.len() > 1
@@ -158,8 +157,7 @@ impl Learner {
         self.estimator.recursive().begin(output);
     }
 
-    /// Takes the next sample; without an input, or as the first, it begins the history. Returns whether it
-    /// was predicted.
+    /// Takes the next sample; without an input, or as the first one, it starts the history. Returns whether the sample was predicted.
     pub(crate) fn take(&mut self, sample: Sample) -> bool {
         let Some(input) = sample.input.filter(|_| self.begun) else {
             self.begin(sample.output);
@@ -194,7 +192,7 @@ impl Learner {
         true
     }
 
-    /// The samples that the estimate rests on, where the last sample has shown that the parameters had jumped.
+    /// The number of samples on which the estimate is based, if the last sample has shown a jump of the parameters.
     #[must_use]
     pub(crate) fn jump(&self) -> Option<u64> {
         match &self.estimator {
@@ -203,13 +201,13 @@ impl Learner {
         }
     }
 
-    /// Samples predicted, learnt from or not.
+    /// Number of samples predicted, whether learnt from or not.
     #[must_use]
     pub(crate) fn predicted(&self) -> u64 {
         self.predicted
     }
 
-    /// The model as it stands.
+    /// The current model.
     #[must_use]
     pub(crate) fn model(&self, config: &Config) -> Model {
         self.readout(config).model
@@ -224,11 +222,10 @@ impl Learner {
         }
     }
 
-    /// The estimate as it stands, without stamp and names.
+    /// The current estimate, without stamp and names.
     ///
-    /// The covariance is the estimator's own estimate: for least squares the residual's variance times
-    /// `(Phi'Phi)^-1`, which is right when the residual is white. It says nothing of the bias that noise on
-    /// the measured outputs brings into an equation-error fit.
+    /// The covariance is the estimator's own: for least squares the residual's variance times `(Phi'Phi)^-1`, which is correct for a white
+    /// residual. It does not include the bias that noise on the measured outputs causes in an equation-error fit.
     #[must_use]
     pub(crate) fn estimate(&self, config: &Config) -> ModelEstimate {
         let Readout { model, covariance } = self.readout(config);
@@ -297,8 +294,7 @@ impl Learner {
         }
     }
 
-    /// The forgetting factor per sample, where it is constant, nothing has jumped, and every sample is
-    /// explained by the present parameters.
+    /// The forgetting factor per sample, if it is constant, nothing has jumped, and the current parameters explain every sample.
     fn constant_forgetting(&self) -> Option<f64> {
         match &self.estimator {
             Estimator::Recursion(it) if it.kind() == Kind::LeastSquares => {
@@ -318,7 +314,7 @@ impl Learner {
         self.constant_forgetting().unwrap_or(1.0)
     }
 
-    /// One step ahead, %.
+    /// The one-step fit, %.
     fn fit(&self) -> f64 {
         let found = match &self.estimator {
             Estimator::Recursion(it) if !self.frozen && self.constant_forgetting().is_some() => {
@@ -332,7 +328,7 @@ impl Learner {
         found.unwrap_or(0.0)
     }
 
-    /// Why the numbers mean nothing yet, if so.
+    /// Why the estimate is not valid yet, if so.
     fn doubt(&self, config: &Config) -> Option<String> {
         let unlearnt = match &self.estimator {
             Estimator::Recursion(it) => {
@@ -368,7 +364,7 @@ impl Learner {
         }
     }
 
-    /// The columns in use: all but the noise model's, and but the moments' as long as none has been seen.
+    /// The columns in use: all except the noise model's, and except the moments' until an input moves within a sample.
     fn columns(&self, recursion: &Recursion) -> Vec<usize> {
         let layout = recursion.layout();
         let plain = layout.without_motion();

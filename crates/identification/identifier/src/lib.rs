@@ -4,10 +4,10 @@
 //! messages -> TopicReader -> Pair: Aligner -> Learner (an estimator) -> Readout -> ModelEstimate
 //! ```
 //! - [`IdentifierParameters`]: every parameter, its default and unit.
-//! - [`Identifier`]: messages in, estimates out, of all pairs. A replayed bag goes through the same.
+//! - [`Identifier`]: messages in, estimates out, for all pairs. A replayed bag is processed in the same way.
 //! - [`Pair`]: one pair of signals, from its messages to its estimates.
-//! - [`replay`]: a bag through the identifier, beside the estimates it holds.
-//! - [`TopicReader`]: the signals out of the messages of a topic.
+//! - [`replay`]: a bag processed by the identifier, compared with the estimates in the bag.
+//! - [`TopicReader`]: reads the signals from the messages of a topic.
 
 mod core;
 mod error;

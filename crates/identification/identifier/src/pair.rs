@@ -1,11 +1,11 @@
 //! One pair of signals: the order of its samples, the estimate, and the counters.
 //!
-//! - **A gap** in the stamps begins the history anew and keeps what was learnt.
-//! - **Time going back** (a vehicle put back, a bag that loops, a peer started again) begins everything
-//!   anew, and is counted; a frozen model is kept, only its history begins anew.
-//! - **A jump of the parameters** that the estimator detects is counted, and its estimate is due at once.
-//! - **An output whose message says that the input before it is not to be trusted** (`break_on`: the planes
-//!   were held, the actuator had not answered) is not learnt from.
+//! - **A gap** in the stamps restarts the history and keeps the estimate.
+//! - **Time going back** (a vehicle that is reset, a bag that loops, a restarted peer) restarts everything, and is counted; a frozen model
+//!   is kept, only its history restarts.
+//! - **A jump of the parameters** detected by the estimator is counted, and its estimate is published at once.
+//! - **An output whose message marks the earlier input as invalid** (`break_on`: the planes were held, the actuator had not answered) is
+//!   not learnt from.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::fmt;
@@ -22,27 +22,27 @@ use crate::learner::Learner;
 use crate::parameters::{self, Config, IdentifierParameters};
 use crate::reader::Sample;
 
-/// The name of the pair that the parameters `input` and `output` are.
+/// The name of the pair given by the parameters `input` and `output`.
 pub const FIRST: &str = "model";
 
-/// Changes that may wait for their time.
+/// Maximum number of scheduled changes.
 const MOST_CHANGES: usize = 10_000;
 
 /// A user's change to an estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// All of it is forgotten.
+    /// Forget everything.
     Reset,
-    /// It is kept as it is, or goes on.
+    /// Keep the estimate unchanged, or resume.
     Freeze(bool),
 }
 
-/// A change after a sample.
+/// A change to be made after a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Scheduled {
-    /// Number of restarts of the time.
+    /// How often time had gone back.
     pub restarts: u32,
-    /// The stamp of the last sample before it, ns.
+    /// The stamp of the sample before the change, ns.
     pub stamp: i64,
     /// The change.
     pub change: Change,
@@ -57,9 +57,9 @@ pub struct Account {
     pub restarts: u32,
     /// Jumps of the parameters detected.
     pub jumps: u64,
-    /// Repeats, and what came too late or off the grid.
+    /// Messages that were repeated, late, or off the grid.
     pub left_out: u64,
-    /// Messages without the signal as a finite number.
+    /// Messages without a finite number for the signal.
     pub refused: u64,
 }
 
@@ -68,7 +68,7 @@ pub struct Account {
 pub struct Jump {
     /// The stamp of the sample that showed it, ns.
     pub stamp: i64,
-    /// The estimate rests on the samples since this stamp, ns.
+    /// The estimate is based on the samples since this stamp, ns.
     pub since: i64,
 }
 
@@ -77,7 +77,8 @@ impl fmt::Display for Jump {
         let seconds = |stamp: i64| stamp as f64 * 1e-9;
         write!(
             f,
-            "the plant has changed: detected at {:.3} s, the estimate rests on the samples since {:.3} s",
+            "the plant has changed: detected at {:.3} s, the estimate uses the samples since \
+             {:.3} s",
             seconds(self.stamp),
             seconds(self.since)
         )
@@ -89,7 +90,7 @@ impl fmt::Display for Jump {
 pub struct Pair {
     name: Arc<str>,
     config: Arc<Config>,
-    /// The grid that the signals are put on first, if asked for.
+    /// The grid to which the signals are resampled first, if requested.
     grid: Option<LiveGrid>,
     aligner: Aligner,
     learner: Learner,
@@ -97,16 +98,16 @@ pub struct Pair {
     began: Option<i64>,
     /// The last sample's stamp, ns.
     last: i64,
-    /// Stamps of outputs not yet learnt whose input is not to be trusted, ns.
+    /// Stamps of outputs not yet learnt whose input is invalid, ns.
     broken: BTreeSet<i64>,
     account: Account,
     /// The last jump.
     jump: Option<Jump>,
-    /// Changes to come, in the order of time.
+    /// Future changes, in the order of time.
     changes: VecDeque<Scheduled>,
 }
 
-/// An estimate that is due for publication, made where somebody reads it.
+/// An estimate due for publication, built when it is read.
 #[derive(Clone, Debug)]
 pub struct DueEstimate {
     name: Arc<str>,
@@ -123,7 +124,7 @@ impl DueEstimate {
         &self.name
     }
 
-    /// The estimate, if nothing in it is not finite: that never passes the node's edge.
+    /// The estimate, if all its numbers are finite: others never leave the node.
     #[must_use]
     pub fn estimate(&self) -> Option<ModelEstimate> {
         let estimate = self.as_it_is();
@@ -151,8 +152,7 @@ pub(crate) fn made(due: &[DueEstimate]) -> Vec<ModelEstimate> {
 /// The pairs that the parameters describe, by name, each with its own parameters.
 ///
 /// # Errors
-/// [`Error::Entry`], when an entry of `pairs` is not written as it is to be, two have one name,
-/// or one would change what belongs to the node.
+/// [`Error::Entry`], if an entry of `pairs` is malformed, two have the same name, or one would change a parameter of the whole node.
 pub fn described(
     parameters: &IdentifierParameters,
 ) -> Result<Vec<(String, IdentifierParameters)>, Error> {
@@ -183,7 +183,9 @@ pub fn described(
                 .split_once('=')
                 .ok_or_else(|| refuse(&format!("'{part}' is not PARAMETER=VALUE")))?;
             if parameters::OF_THE_NODE.contains(&parameter) {
-                return Err(refuse(&format!("'{parameter}' is the node's")));
+                return Err(refuse(&format!(
+                    "'{parameter}' belongs to the node, not to a pair"
+                )));
             }
             let value = file::parse_value(parameter, value).map_err(|e| refuse(&e.to_string()))?;
             changes.push((parameter, value));
@@ -200,7 +202,7 @@ impl Pair {
     /// A pair before its first message.
     ///
     /// # Errors
-    /// When a parameter is rejected.
+    /// If a parameter is rejected.
     pub fn new(name: String, parameters: &IdentifierParameters) -> Result<Self, Error> {
         let of_pair = |reason: Error| match name.as_str() {
             FIRST => reason,
@@ -233,13 +235,13 @@ impl Pair {
         &self.name
     }
 
-    /// The parameters in force.
+    /// The current parameters.
     #[must_use]
     pub fn config(&self) -> &Config {
         &self.config
     }
 
-    /// Counts of its messages.
+    /// The counts of its messages.
     #[must_use]
     pub fn account(&self) -> Account {
         self.account
@@ -251,17 +253,16 @@ impl Pair {
         self.jump
     }
 
-    /// Whether it learns nothing.
+    /// Whether learning is stopped.
     #[must_use]
     pub fn frozen(&self) -> bool {
         self.learner.frozen()
     }
 
-    /// Takes a changed configuration: what can change while it learns, in place; anything else begins
-    /// the estimate anew.
+    /// Applies a changed configuration: without a restart if possible, otherwise the estimate restarts.
     ///
     /// # Errors
-    /// When the estimator refuses it; nothing changes then.
+    /// If the estimator refuses it; then nothing changes.
     pub(crate) fn set_config(&mut self, new: Config) -> Result<(), Error> {
         if self.config.retuned(&new) == new {
             self.learner.retune(&new)?;
@@ -275,13 +276,13 @@ impl Pair {
         Ok(())
     }
 
-    /// Takes what a message on one of the signals' topics says, with its stamp; returns the estimates due for
-    /// publication. Repeats change nothing.
+    /// Processes a message's values for one of the signals, with its stamp; returns the estimates due for publication. Repeats change
+    /// nothing.
     pub fn on_sample(&mut self, stamp: Time, sample: &Sample) -> Vec<ModelEstimate> {
         made(&self.take(stamp, sample))
     }
 
-    /// As [`Pair::on_sample`], the estimates not made yet.
+    /// Like [`Pair::on_sample`], without building the estimates.
     pub(crate) fn take(&mut self, stamp: Time, sample: &Sample) -> Vec<DueEstimate> {
         let stamp = stamp.nanos();
         if let Some(grid) = &mut self.grid {
@@ -345,13 +346,12 @@ impl Pair {
         }
     }
 
-    /// Notes a message that does not hold the signal.
+    /// Counts a message without the signal.
     pub(crate) fn refuse(&mut self) {
         self.account.refused += 1;
     }
 
-    /// Says that nothing more will come, at the end of a record: what was held back for an
-    /// earlier message is learnt. Returns the estimates due.
+    /// Ends the data: delayed samples are processed. Returns the estimates due.
     pub fn finish(&mut self) -> Vec<ModelEstimate> {
         let rest = self.grid.as_mut().map(LiveGrid::finish);
         self.offer(rest.unwrap_or_default());
@@ -363,8 +363,7 @@ impl Pair {
         made(&due)
     }
 
-    /// Changes what is learnt, between two samples. Returns the estimate that says so; `None` when nothing
-    /// has changed.
+    /// Changes the learnt state, between two samples. Returns an estimate that shows the change; `None` if nothing has changed.
     pub fn change(&mut self, change: Change) -> Option<ModelEstimate> {
         self.take_change(change)?.estimate()
     }
@@ -381,28 +380,28 @@ impl Pair {
         Some(self.due(self.last))
     }
 
-    /// Changes what is learnt when its time has come, as it was changed before.
+    /// Schedules a change, to reproduce an earlier one.
     pub fn schedule(&mut self, scheduled: Scheduled) {
         if self.changes.len() < MOST_CHANGES {
             self.changes.push_back(scheduled);
         }
     }
 
-    /// The latest output's stamp with which all that a lockstep tick brings has come: the
-    /// input over the interval before it, unless the output that began that interval was never seen.
+    /// The latest output's stamp for which all data of its lockstep tick has come: the input over the interval before it, unless the output
+    /// at the beginning of that interval was never seen.
     #[must_use]
     pub fn answered(&self) -> Option<Time> {
         self.aligner.answered().map(Time::from_nanos)
     }
 
-    /// Why nothing is learnt while messages come: a signal has fallen silent, or the two are never of one
-    /// instant.
+    /// Why nothing is learnt although messages come: a signal has stopped, or the two never have a common instant.
     #[must_use]
     pub fn trouble(&self) -> Option<String> {
         let Config { input, output, .. } = &*self.config;
         if self.aligner.inputs_are_off_grid() {
             return Some(format!(
-                "{input} is not stamped when {output} is: the stamps must be whole sample_times apart; otherwise set resample"
+                "{input} is not stamped when {output} is: the stamps must be whole sample_times \
+                 apart; otherwise set resample"
             ));
         }
         let lead = self.aligner.outputs_ahead();
@@ -417,19 +416,19 @@ impl Pair {
         Some(format!("no messages of {silent} for {seconds:.1} s"))
     }
 
-    /// The estimate as it stands, stamped so.
+    /// The current estimate, with this stamp.
     #[must_use]
     pub fn estimate(&self, stamp: Time) -> ModelEstimate {
         self.due(stamp.nanos()).as_it_is()
     }
 
-    /// The model as it stands.
+    /// The current model.
     #[must_use]
     pub fn model(&self) -> Model {
         self.learner.model(&self.config)
     }
 
-    /// The estimate as it stands, stamped so.
+    /// The current estimate, with this stamp.
     fn due(&self, stamp: i64) -> DueEstimate {
         DueEstimate {
             name: Arc::clone(&self.name),

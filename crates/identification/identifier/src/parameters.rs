@@ -1,4 +1,4 @@
-//! The identifier's parameters: the only place where its defaults and ranges stand.
+//! The identifier's parameters, with their defaults and ranges, which are defined only here.
 
 use planesman_decode::message_types;
 use planesman_identification::Structure;
@@ -116,8 +116,8 @@ pub struct IdentifierParameters {
     pub kalman: Kalman,
 }
 
-/// The parameters `kalman.*`: what the Kalman filter begins with and takes for noise; by default the 1988 vehicle's
-/// equations at 1 ft/s (Brunner 1988, Table 1 and programs T2-T5, over J and in SI), loosely known.
+/// The parameters `kalman.*`: initial values and noise levels of the Kalman filter; by default the 1988 vehicle's equations at 1 ft/s
+/// (Brunner 1988, Table 1 and programs T2-T5, over J and in SI), with wide deviations.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Kalman {
     /// Initial K/J: pitch acceleration, positive bow up, per plane angle, positive dive. A change restarts the
@@ -144,7 +144,7 @@ pub struct Kalman {
     pub heave: KalmanHeave,
 }
 
-/// The parameters `kalman.deviation.*`: standard deviations at the beginning.
+/// The parameters `kalman.deviation.*`: initial standard deviations.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Deviation {
     /// Standard deviation of the initial K/J. A change restarts the estimate.
@@ -198,27 +198,27 @@ pub struct KalmanHeave {
     pub from_plane: f64,
 }
 
-/// The reliability that the node asks of the signals' publishers.
+/// The reliability requested from the signals' publishers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
 pub enum Reliability {
     /// Reliable for a member of lockstep, else best effort.
     Auto,
-    /// Lost messages are asked for again.
+    /// Lost messages are sent again.
     Reliable,
-    /// Lost messages stay lost.
+    /// Lost messages are not sent again.
     BestEffort,
 }
 
 /// The law of forgetting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
 pub enum ForgettingKind {
-    /// All past rows alike, and all before a jump once it is detected.
+    /// All past rows equally, and everything before a jump once it is detected.
     OnJump,
-    /// All past rows alike.
+    /// All past rows equally.
     Constant,
     /// Only in the direction of the new row.
     Directional,
-    /// As much as the prediction error calls for.
+    /// As much as the prediction error requires.
     Variable,
 }
 
@@ -251,28 +251,28 @@ impl EstimatorKind {
     }
 }
 
-/// The parameters as the identifier takes them.
+/// The parameters in the form that the identifier uses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Config {
     /// The input.
     pub input: Signal,
     /// The output.
     pub output: Signal,
-    /// The flag which, where it is not 0, invalidates the input before an output.
+    /// The flag that marks the input before an output as invalid, if it is not 0.
     pub break_on: Option<Signal>,
     /// The interval between samples, s.
     pub sample_time: f64,
-    /// The longest interval between two outputs that is no gap, ns, where signals are put on a grid first.
+    /// With resampling, the longest interval between two outputs that is not a gap, ns.
     pub resample: Option<i64>,
     /// Delay from the first sample to the start of the estimation, ns.
     pub start: i64,
-    /// How the model is found.
+    /// The estimator.
     pub estimator: EstimatorKind,
     /// The structure of the difference equation.
     pub structure: Structure,
-    /// First moments are regressed on.
+    /// Whether first moments are regressors.
     pub moment: bool,
-    /// How a recursion learns.
+    /// Options of the recursion.
     pub options: Options,
     /// Prior knowledge of the vehicle.
     pub vehicle: Vehicle,
@@ -285,11 +285,11 @@ pub struct Config {
 }
 
 impl Config {
-    /// The identifier that the parameters describe.
+    /// The configuration that the parameters describe.
     ///
     /// # Errors
-    /// [`Error::Parameter`], when a signal is not written `TOPIC:FIELD`, input
-    /// and output are the same, or more of the structure is known than there is.
+    /// [`Error::Parameter`], if a signal is not `TOPIC:FIELD`, input and output are the same, or more of the structure is known than
+    /// exists.
     pub fn new(parameters: &IdentifierParameters) -> Result<Self, Error> {
         let p = parameters;
         let refused = |name, reason: String| Error::Parameter { name, reason };
@@ -318,7 +318,9 @@ impl Config {
         if p.resample && p.answer {
             return Err(refused(
                 "resample",
-                "true refused: a member of lockstep (answer) learns each tick as it is".to_owned(),
+                "true refused: a member of lockstep (answer) must learn each tick without \
+                 resampling"
+                    .to_owned(),
             ));
         }
         let samples = (1.0 / (p.publish_rate * p.sample_time)).round();
@@ -340,13 +342,13 @@ impl Config {
         })
     }
 
-    /// Whether messages on `topic` bear one of the signals.
+    /// Whether messages on `topic` contain one of the signals.
     #[must_use]
     pub fn is_on(&self, topic: &str) -> bool {
         self.input.is_on(topic) || self.output.is_on(topic)
     }
 
-    /// These with what of `new` can change while it is learnt.
+    /// This configuration with the values of `new` that can change without a restart.
     #[must_use]
     pub fn retuned(&self, new: &Self) -> Self {
         Self {

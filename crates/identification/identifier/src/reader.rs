@@ -1,4 +1,4 @@
-//! The identifier's signals from the payloads of one topic, by the schema of its messages.
+//! Reads the identifier's signals from the payloads of one topic, by the schema of its messages.
 
 use planesman_decode::{Decoder, Name, NameKind, Types, Values};
 use planesman_identification::Input;
@@ -9,16 +9,16 @@ use planesman_signals::Signal;
 use crate::error::Error;
 use crate::parameters::Config;
 
-/// The numbers of a message that the identifier takes.
+/// The numbers of a message that the identifier uses.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sample {
-    /// The stamp it carries; `None` for a type without.
+    /// The message's stamp; `None` for a type without one.
     pub stamp: Option<Time>,
     /// The input over the interval that begins at the stamp.
     pub input: Option<Input>,
     /// The output at the stamp.
     pub output: Option<f64>,
-    /// The input before the output is not to be trusted.
+    /// Whether the input before the output is invalid.
     pub breaks: bool,
 }
 
@@ -27,36 +27,36 @@ pub struct Sample {
 pub struct Reader {
     decoder: Decoder,
     values: Values,
-    /// The signals on the topic, each with its place among the decoder's paths.
+    /// The signals on the topic, each with its index among the decoder's paths.
     input: Option<(Signal, usize)>,
     output: Option<(Signal, usize)>,
     break_on: Option<(Signal, usize)>,
-    /// The place of the stamp's seconds; nanoseconds follow.
+    /// The index of the stamp's seconds; nanoseconds follow.
     stamp: Option<usize>,
-    /// What input and output are of.
+    /// The owners of input and output.
     owners: [Owner; 2],
 }
 
-/// Messages in a row that are of something else before it is taken for renamed.
+/// Number of consecutive messages with another owner after which it counts as renamed.
 const RENAMED: u32 = 20;
 
-/// Characters of names that an error lists.
+/// Maximum number of characters of names in an error.
 const LISTED: usize = 60;
 
-/// The frame, joint or motor that a signal is of.
+/// The frame, joint or motor that a signal describes.
 #[derive(Clone, Debug, Default)]
 struct Owner {
-    /// What the messages and elements that lead to it are called.
+    /// The names of the messages and elements on the path to it.
     names: Option<Vec<String>>,
-    /// Messages in a row that were of something else.
+    /// Number of consecutive messages with another owner.
     others: u32,
 }
 
 impl Owner {
-    /// Checks that a message is of what those before were of.
+    /// Checks that a message has the same owner as those before.
     ///
     /// # Errors
-    /// With both names, when it is not, and has not been for long.
+    /// With both names, if it has another one and has not been renamed for long.
     fn check<'a>(
         &mut self,
         signal: &Signal,
@@ -85,7 +85,7 @@ impl Owner {
             format!("'{}'", shown.escape_debug())
         };
         Err(Error::Message(format!(
-            "{signal}: the message is of {}, those before were of {}; name the one that is meant",
+            "{signal}: the message describes {}, those before {}; name the wanted one",
             listed(names),
             listed(known.iter().map(String::as_str).collect())
         )))
@@ -93,10 +93,10 @@ impl Owner {
 }
 
 impl Reader {
-    /// The reader of messages of a type on `topic`; `None` for a topic that bears neither input nor output.
+    /// The reader of messages of a type on `topic`; `None` for a topic with neither input nor output.
     ///
     /// # Errors
-    /// With the signal's name, when messages of the type have no such number.
+    /// With the signal's name, if messages of the type have no such number.
     pub fn new(config: &Config, topic: &str, types: &Types) -> Result<Option<Self>, Error> {
         let mut paths = Vec::new();
         let mut place = |signal: &Signal| {
@@ -142,8 +142,7 @@ impl Reader {
     /// Reads a payload.
     ///
     /// # Errors
-    /// With the signal's name, when the payload does not hold it as a finite number or list of such, or now holds that of another frame,
-    /// joint or motor.
+    /// With the signal's name, if the payload has no finite number or list for it, or has that of another frame, joint or motor.
     pub fn read(&mut self, payload: &[u8]) -> Result<Sample, Error> {
         self.decoder.read(payload, &mut self.values)?;
         let signals = [&self.input, &self.output].into_iter();
@@ -157,16 +156,16 @@ impl Reader {
         self.sample()
     }
 
-    /// Reads a message of the type that is at hand.
+    /// Reads a message in memory of the type.
     ///
     /// # Errors
-    /// As [`Reader::read`].
+    /// Like [`Reader::read`].
     pub fn pick(&mut self, message: &dyn Field) -> Result<Sample, Error> {
         self.decoder.pick(message, &mut self.values);
         self.sample()
     }
 
-    /// The sample of the values read last.
+    /// The sample from the values read last.
     fn sample(&self) -> Result<Sample, Error> {
         let values = &self.values;
         let breaks = match &self.break_on {
@@ -199,18 +198,18 @@ impl Reader {
     }
 }
 
-/// Reads the messages of one topic for every pair of signals that it bears some of.
+/// Reads the messages of one topic for every pair with a signal in them.
 #[derive(Clone, Debug)]
 pub struct TopicReader {
-    /// Each with the place of its pair.
+    /// Each with the index of its pair.
     readers: Vec<(usize, Reader)>,
 }
 
 impl TopicReader {
-    /// The reader of messages of a type on `topic` for pairs of these configurations.
+    /// The reader of messages of a type on `topic` for pairs with these configurations.
     ///
     /// # Errors
-    /// As [`Reader::new`].
+    /// Like [`Reader::new`].
     pub fn new<'a>(
         configs: impl Iterator<Item = &'a Config>,
         topic: &str,
@@ -224,7 +223,7 @@ impl TopicReader {
         Ok(Self { readers })
     }
 
-    /// The sample in a payload for each pair concerned, by its place; or an error as of [`Reader::read`].
+    /// The sample in a payload for each pair concerned, by its index; or an error of [`Reader::read`].
     pub fn read<'a>(
         &'a mut self,
         payload: &'a [u8],
@@ -233,7 +232,7 @@ impl TopicReader {
         readers.map(|(place, reader)| (*place, reader.read(payload)))
     }
 
-    /// As [`TopicReader::read`], of a message at hand.
+    /// Like [`TopicReader::read`], for a message in memory.
     pub fn pick<'a>(
         &'a mut self,
         message: &'a dyn Field,
@@ -262,7 +261,7 @@ mod tests {
             };
             check(first, NameKind::Named).unwrap();
             let refusal = check(other, NameKind::Named).unwrap_err().to_string();
-            assert!(refusal.contains(&format!("of '{other}', those before were of '{first}'")));
+            assert!(refusal.contains(&format!("describes '{other}', those before '{first}'")));
         }
         let mut owner = Owner::default();
         for text in ["2 numbers", "3 numbers"] {

@@ -1,9 +1,8 @@
-//! A bag's messages through the identifier, in the order in which the node took them; or a record's samples.
+//! Replays a bag's messages to the identifier, in the order in which the node received them; or a record's samples.
 //!
-//! The samples are put in the order of their stamps before they are used ([`planesman_signals::Aligner`]),
-//! so the replayed estimates equal those the node published from the same messages. Where the bag
-//! holds the node's own `model` topic, every published estimate is compared; and when the node was frozen,
-//! released or reset, which its estimates say, so is the replay, after the same sample.
+//! The samples are sorted by their stamps before use ([`planesman_signals::Aligner`]), so the replayed estimates equal those that the node
+//! published from the same messages. If the bag contains the node's own `model` topic, every published estimate is compared. The estimates
+//! also show when the node was frozen, released or reset; the replay does the same after the same sample.
 
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
@@ -23,17 +22,17 @@ use planesman_signals as signals;
 use crate::pair::{Change, FIRST, Pair, Scheduled};
 use crate::{Error, Identifier, IdentifierParameters, Jump, Sample, TopicReader};
 
-/// Why a bag is not replayed.
+/// Reasons why a bag cannot be replayed.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
-    /// Parameters that are refused.
+    /// Invalid parameters.
     #[error(transparent)]
     Parameters(#[from] Error),
     /// A bag that cannot be read.
     #[error(transparent)]
     Bag(#[from] ReadError),
     /// A bag without a signal.
-    #[error("bag '{}': no messages on the topic of {signal}; it holds {topics}{}", bag.display(),
+    #[error("bag '{}': no messages on the topic of {signal}; it has {topics}{}", bag.display(),
         reason.as_ref().map_or_else(String::new, |it| format!(" ({it})")))]
     NoSignal {
         /// The bag.
@@ -42,7 +41,7 @@ pub enum ReplayError {
         signal: String,
         /// The bag's topics.
         topics: String,
-        /// What is wrong with the first message that was refused.
+        /// The error in the first refused message.
         reason: Option<String>,
     },
 }
@@ -50,30 +49,30 @@ pub enum ReplayError {
 /// The result of a replay.
 #[derive(Clone, Debug)]
 pub struct Replay {
-    /// The estimate of each pair at the end of the bag, the first pair's first.
+    /// The estimate of each pair at the end of the bag, in the order of pairs.
     pub estimates: Vec<ModelEstimate>,
-    /// The jumps that were detected, each with its pair's name.
+    /// The detected jumps, each with its pair's name.
     pub jumps: Vec<(String, Jump)>,
-    /// EstimateComparator the estimates the node published live; `None` when the bag holds none.
+    /// Comparison with the estimates that the node published live; `None` if the bag has none.
     pub live: Option<Comparison>,
-    /// Messages that do not hold a signal as a finite number, and what is wrong with the first.
+    /// Number of messages without a finite number for a signal, and the error in the first.
     pub refused: Option<(usize, String)>,
-    /// Why the bag is not whole, if it is not.
+    /// Why the bag is incomplete, if it is.
     pub incomplete: Option<String>,
 }
 
-/// Replayed estimates beside published ones, stamp by stamp.
+/// Comparison of replayed and published estimates by stamp.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Comparison {
-    /// Estimates with the same stamp.
+    /// Number of estimates with the same stamp.
     pub compared: usize,
-    /// Published estimates that the replay has none for.
+    /// Number of published estimates without a replayed one.
     pub missing: usize,
     /// The largest difference of a coefficient, relative to the largest coefficient of its kind.
     pub largest_difference: f64,
 }
 
-/// By what an estimate is known: its pair, how often time had gone back, its stamp, and the samples behind it.
+/// The identity of an estimate: its pair, how often time had gone back, its stamp, and its number of samples.
 type Key = (String, u32, i64, u64);
 
 fn key(estimate: &ModelEstimate) -> Key {
@@ -85,14 +84,14 @@ fn key(estimate: &ModelEstimate) -> Key {
     )
 }
 
-/// Takes each estimate that is due, with its pair as it stands.
+/// Receives each estimate that is due, with its pair's current state.
 pub type OnEstimate<'a> = dyn FnMut(&ModelEstimate, &Pair) + 'a;
 
-/// Replays the record, of one input and one output, as the first pair, sampled as the record is. Its inputs are held over each interval.
-/// Between two segments is a gap.
+/// Replays a record of one input and one output as the first pair, with the record's sampling interval. The inputs are held over each
+/// interval. There is a gap between two segments.
 ///
 /// # Errors
-/// Parameters that are refused.
+/// If parameters are invalid.
 pub fn replay_record(
     record: &Record,
     parameters: &IdentifierParameters,
@@ -139,17 +138,17 @@ pub fn replay_record(
     })
 }
 
-/// Gives the estimate the names of the record's signals.
+/// Sets the names of the record's signals in the estimate.
 fn name_signals(estimate: &mut ModelEstimate, record: &Record) {
     estimate.input = record.inputs.join(", ");
     estimate.output = record.outputs.join(", ");
 }
 
-/// The jumps of some pairs, in the order in which they are seen.
+/// The jumps of several pairs, in the order of detection.
 #[derive(Default)]
 struct Jumps {
     found: Vec<(String, Jump)>,
-    /// The last of each pair.
+    /// The last jump of each pair.
     last: BTreeMap<String, Jump>,
 }
 
@@ -167,7 +166,7 @@ impl Jumps {
 /// Replays the bag.
 ///
 /// # Errors
-/// Parameters that are refused, a bag that cannot be read or that lacks a signal.
+/// If parameters are invalid, or the bag cannot be read or lacks a signal.
 pub fn replay(
     path: &Path,
     parameters: &IdentifierParameters,
@@ -271,7 +270,7 @@ fn reader_of(
     reader.map_err(|it| it.to_string())
 }
 
-/// Notes what has become of the pairs, and hands on their estimates.
+/// Records jumps of the pairs, and passes on their estimates.
 fn tell(
     identifier: &Identifier,
     due: &[ModelEstimate],
@@ -286,7 +285,7 @@ fn tell(
     }
 }
 
-/// Messages that are passed over.
+/// Refused messages.
 #[derive(Default)]
 struct Refused {
     count: usize,
@@ -301,12 +300,12 @@ impl Refused {
     }
 }
 
-/// Whether a node published its estimates there.
+/// Whether a node published its estimates on this topic.
 fn is_of_models(topic: &Topic) -> bool {
     topic.kind.type_name == ModelEstimate::TYPE_NAME && topic.name.ends_with("/model")
 }
 
-/// The changes made to the node while it learnt: its estimates say when it was frozen, released and reset.
+/// The changes made to the node while it learnt: its estimates show when it was frozen, released and reset.
 fn changes(bag: &BagReader) -> Vec<(String, Scheduled)> {
     struct Before {
         frozen: bool,
@@ -356,14 +355,14 @@ fn coefficients(estimate: &ModelEstimate) -> Coefficients {
     [&estimate.a, &estimate.b, &estimate.c].map(Clone::clone)
 }
 
-/// Replayed and published estimates on their way to each other. One that has met its counterpart is forgotten, so what is
-/// kept does not grow with a bag whose estimates all have one.
+/// Replayed and published estimates that wait for their counterpart. An estimate is removed once its counterpart has come, so the memory
+/// does not grow with a bag in which all have one.
 #[derive(Default)]
 struct EstimateComparator {
     comparison: Option<Comparison>,
     published: BTreeMap<Key, Coefficients>,
     replayed: BTreeMap<Key, Coefficients>,
-    /// By pair: the last replayed estimate that had a counterpart, for one that is published again.
+    /// By pair: the last replayed estimate with a counterpart, in case that is published again.
     met: BTreeMap<String, (Key, Coefficients)>,
 }
 
@@ -398,7 +397,7 @@ impl EstimateComparator {
         self.met.insert(key.0.clone(), (key, again));
     }
 
-    /// The comparison; `None` when nothing was published.
+    /// The comparison; `None` if nothing was published.
     fn finish(self) -> Option<Comparison> {
         let missing = self.published.len();
         match self.comparison {
@@ -411,8 +410,7 @@ impl EstimateComparator {
     }
 }
 
-/// The largest difference between two lists, relative to their largest element; infinite
-/// when they differ in length.
+/// The largest difference between two lists, relative to their largest element; infinite if they differ in length.
 fn relative_difference(ours: &[f64], theirs: &[f64]) -> f64 {
     if ours.len() != theirs.len() {
         return f64::INFINITY;
@@ -429,7 +427,7 @@ fn relative_difference(ours: &[f64], theirs: &[f64]) -> f64 {
     }
 }
 
-/// The estimate in lines.
+/// The estimate as text.
 #[must_use]
 pub fn text(model: &ModelEstimate) -> String {
     let list = |values: &[f64]| {

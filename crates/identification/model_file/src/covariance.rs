@@ -1,10 +1,10 @@
-//! The covariance as a file has it: of long models the rows of zeros, which are most of those of a long delay, are written as `[]`.
+//! The covariance as in a file: in long models, rows of zeros (most of those from a long delay) are written as `[]`.
 
 use serde::{Deserialize as _, Deserializer, Serializer};
 
 use crate::LARGEST_ORDER;
 
-/// Rows up to which all are written in full.
+/// Up to this number of rows, all are written in full.
 const FULL: usize = 80;
 
 pub(crate) fn serialize<S: Serializer>(rows: &[Vec<f64>], to: S) -> Result<S::Ok, S::Error> {

@@ -1,21 +1,21 @@
-//! What a model is good for, as data.
+//! The judgement on a model, as data.
 
 use serde::{Deserialize, Serialize};
 
-/// What a fit found out about its model.
+/// The judgement on a model, from its fit.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Judgement {
     /// `good`, `usable`, `usable_with_care`, `not_validated` or `not_usable`.
     pub standing: String,
-    /// What decided, as `noise_limited` or `closed_loop`.
+    /// The reason for the standing, as `noise_limited` or `closed_loop`.
     pub code: String,
-    /// What speaks for the model and against it, in the order of the sentences.
+    /// Findings for and against the model, in the order of the sentences.
     #[serde(default)]
     pub findings: Vec<String>,
 }
 
-/// Verdicts in the words of the first format, each with its standing and code.
+/// Verdict texts of the first format, each with its standing and code.
 const OF_FORMAT_ONE: [(&str, &str, &str); 23] = [
     ("no model of what the input does", "not_usable", "no_effect"),
     (
@@ -115,7 +115,7 @@ const OF_FORMAT_ONE: [(&str, &str, &str); 23] = [
 ];
 
 impl Judgement {
-    /// By the sentences of a file of the first format, which has them alone.
+    /// From the sentences of a file of the first format, which has no codes.
     pub(crate) fn of_sentences(verdict: &[String]) -> Option<Self> {
         let words = verdict.iter().find_map(|it| it.strip_prefix("verdict: "))?;
         let words = words.split(". Next:").next()?;

@@ -5,8 +5,8 @@
 //! --- = -------------------------      one number per power of z, the highest first
 //! den   z^n + a1 z^(n-1) + ... + an
 //! ```
-//! [`ModelFile`] has one input and one output, [`SeveralModelFile`] several. `*.json` and `*.yaml` hold the same. What is read back has passed [`ModelFile::check`]: every number
-//! finite, `den` beginning with 1, lists of the sizes that belong together.
+//! [`ModelFile`] has one input and one output, [`SeveralModelFile`] several. `*.json` and `*.yaml` have the same contents. A file that was
+//! read has passed [`ModelFile::check`]: every number is finite, `den` begins with 1, and sizes match.
 
 mod covariance;
 mod judgement;
@@ -23,16 +23,16 @@ use planesman_text::{option, setting, write_text, yaml};
 use serde::{Deserialize, Serialize};
 use serde_yaml_ng::Value as Yaml;
 
-/// The largest order taken: beyond any model that a record determines, the samples of a long delay counted.
+/// The largest accepted order: beyond any model that a record determines, including the samples of a long delay.
 pub const LARGEST_ORDER: usize = 1100;
 
-/// A model file that was not read or not written.
+/// An error in reading or writing a model file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("model file '{path}': {refusal}")]
 pub struct Error {
     /// The file.
     pub path: String,
-    /// The refused value, and what would be accepted.
+    /// The refused value, and what is allowed.
     pub refusal: Refusal,
 }
 
@@ -51,15 +51,16 @@ pub enum Refusal {
     /// The file cannot be read or written; the reason.
     #[error("{0}")]
     File(String),
-    /// The text is not that of a model; the parser's reason.
+    /// The text is not a model; the parser's reason.
     #[error("{0}")]
     Text(String),
     /// The file's name has another ending.
-    #[error("a model file is *.json or *.yaml")]
+    #[error("the name of a model file must end in .json, .yaml or .yml")]
     Name,
     /// The text would be too long to be read again.
     #[error(
-        "it would have {length} bytes, and {} at most are read: a lower {} leaves a delay fewer samples",
+        "the file would have {length} bytes, but at most {} can be read: a lower {} shortens a \
+         delay in samples",
         planesman_text::LARGEST,
         option("rate")
     )]
@@ -67,7 +68,7 @@ pub enum Refusal {
         /// Bytes.
         length: usize,
     },
-    /// A number is not finite; its fields and places in lists, each behind a space.
+    /// A number is not finite; its fields and indices, each preceded by a space.
     #[error("the number at{0} is not finite")]
     NotFinite(String),
     /// The sample time, s, is not positive.
@@ -76,18 +77,19 @@ pub enum Refusal {
     /// The speed is not positive.
     #[error("speed refused: it must be above 0")]
     Speed,
-    /// The speed is needed and not given.
+    /// The speed is needed but missing.
     #[error(
-        "it does not say at what speed it holds: add 'speed', in m/s, which a fit takes as {}",
+        "the file lacks the speed of the vehicle: add 'speed', in m/s, or set it in the fit by {}",
         option("speed")
     )]
     NoSpeed,
     /// The denominator does not begin with 1.
     #[error("den must begin with 1")]
     Denominator,
-    /// The numbers of coefficients do not belong together.
+    /// The numbers of coefficients do not match.
     #[error(
-        "num has {num} coefficients and den {den}: den must have one more, or as many, {} at most",
+        "num has {num} coefficients and den {den}: den must have as many or one more, and at most \
+         {}",
         LARGEST_ORDER + 1
     )]
     Orders {
@@ -96,28 +98,29 @@ pub enum Refusal {
         /// Of the denominator.
         den: usize,
     },
-    /// The covariance has another size; the right one.
+    /// The covariance has the wrong size; the right one.
     #[error("covariance must have {0} rows of {0}: one for each of den after the 1, and of num")]
     Covariance(usize),
-    /// A channel of an input that the file does not name.
-    #[error("inputs does not name '{0}', which a channel has")]
+    /// A channel has an input that the file does not list.
+    #[error("a channel has the input '{0}', which is missing in inputs")]
     Input(String),
-    /// The matrices of a state space do not fit together.
+    /// The matrices of the state space have inconsistent sizes.
     #[error("state_space: a must be n by n, b n by inputs, c outputs by n, d outputs by inputs")]
     StateSpace,
-    /// The file has a static curve where a linear model is asked for.
+    /// The file has a static curve, but a linear model is needed.
     #[error(
-        "it has a static curve beside its linear dynamics: identify a linear model, {}, about one level of the input",
+        "the model has a static curve, but a linear model is needed: identify one, {}, about one \
+         level of the input",
         setting("curve", "none")
     )]
     Curve,
-    /// A static curve whose parameters are not those of its kind.
-    #[error("static_curve: kind or parameters refused")]
+    /// A static curve with parameters of another kind.
+    #[error("static_curve: invalid kind or parameters")]
     CurveParameters,
-    /// The file has several inputs or outputs where one of each is asked for.
-    #[error("it is of several inputs or outputs; sysid compare takes it, alone")]
+    /// The file has several inputs or outputs, but one of each is needed.
+    #[error("the model has several inputs or outputs; only sysid compare can use it")]
     Several,
-    /// The covariance of a process model has another size; the right one.
+    /// The covariance of a process model has the wrong size; the right one.
     #[error("process.covariance must have {0} rows of {0}: one for each of process.parameters")]
     ProcessCovariance(usize),
     /// The continuous transfer function is improper.
@@ -125,13 +128,13 @@ pub enum Refusal {
     Continuous,
 }
 
-/// The name and the version of the format.
+/// The name and version of the format.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Format {
-    /// The first, without a judgement.
+    /// The first format, without a judgement.
     #[serde(rename = "planesman model 1")]
     One,
-    /// With a judgement. What is between is the first of several inputs ([`SeveralFormat`]).
+    /// With a judgement. The format between them belongs to files with several inputs ([`SeveralFormat`]).
     #[default]
     #[serde(rename = "planesman model 3")]
     Three,
@@ -151,13 +154,13 @@ pub struct Place {
     pub im_deviation: f64,
 }
 
-/// The continuous counterpart: the same response to an input that is held over each interval.
+/// The continuous model with the same response under zero-order hold.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Continuous {
-    /// Powers of s, the highest first.
+    /// Powers of s, highest first.
     pub num: Vec<f64>,
-    /// Powers of s, the highest first.
+    /// Powers of s, highest first.
     pub den: Vec<f64>,
     /// The delay, s.
     pub delay: f64,
@@ -170,7 +173,7 @@ pub struct Continuous {
 /// theta_dot = q
 /// w_dot     = epsilon u + eta q - zeta w
 /// ```
-/// Bow up is positive in `theta` and `q`; `kappa` is then negative for planes that are positive to dive.
+/// `theta` and `q` are positive bow up; `kappa` is then negative for planes that are positive to dive.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Physical {
@@ -182,7 +185,7 @@ pub struct Physical {
     pub mu: f64,
     /// The covariance of `kappa`, `beta` and `mu`, row by row.
     pub covariance: [[f64; 3]; 3],
-    /// The heave equation that was taken as known; none when heave was left out of the pitch equation.
+    /// The known heave equation; `None` if heave was left out of the pitch equation.
     pub heave: Option<Heave>,
 }
 
@@ -208,30 +211,30 @@ pub struct Heave {
     pub from_input: f64,
 }
 
-/// A process model, as its parameters.
+/// A process model with its parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Process {
     /// Its form: 1, 2, 2u, i or 1i.
     pub form: String,
-    /// Its transfer function in words.
+    /// The transfer function as text.
     pub equation: String,
     /// Gain, time constants, dead time.
     pub parameters: Vec<Parameter>,
-    /// Their covariance, row by row; empty where only the deviations are known.
+    /// The covariance, row by row; empty if only the deviations are known.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub covariance: Vec<Vec<f64>>,
 }
 
-/// A static curve beside the dynamics: `y = G f(u)` or `y = f(G u)`, with slope 1 where it is steepest, or `f(u) = u |u| + linear u`.
+/// A static curve in series with the dynamics: `y = G f(u)` or `y = f(G u)`, with a largest slope of 1, or `f(u) = u |u| + linear u`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StaticCurve {
-    /// Where it is.
+    /// The side of the dynamics.
     pub side: Side,
     /// Dead zone, saturation, square law, piecewise linear, backlash.
     pub kind: String,
-    /// Levels and slopes in order: of straight lines the slope that is not listed is 1.
+    /// Levels and slopes in order; of straight lines the omitted slope is 1.
     pub parameters: Vec<Parameter>,
 }
 
@@ -251,7 +254,7 @@ pub enum Side {
 pub struct Parameter {
     /// Its name in the equation.
     pub name: String,
-    /// Its unit; of a gain none but the signals'.
+    /// The unit; for a gain the signals' units.
     pub unit: String,
     /// Its value.
     pub value: f64,
@@ -259,8 +262,7 @@ pub struct Parameter {
     pub deviation: f64,
 }
 
-/// A model as other programs load it: `control.tf(num, den, sample_time)` in Python,
-/// `tf(num, den, sample_time)` in MATLAB.
+/// A model for other programs: `control.tf(num, den, sample_time)` in Python, `tf(num, den, sample_time)` in MATLAB.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModelFile {
@@ -272,38 +274,37 @@ pub struct ModelFile {
     pub output: String,
     /// The estimator's name.
     pub method: String,
-    /// The vehicle's speed in the record, m/s; none when it was not given.
+    /// The vehicle's speed in the record, m/s; `None` if not given.
     pub speed: Option<f64>,
     /// The interval between samples, s.
     pub sample_time: f64,
-    /// `b1 ... bn`, with direct feedthrough `b0 ... bn`: powers of z, the highest first. A delay of d samples is d - 1
-    /// zeros in front.
+    /// `b1 ... bn`, with direct feedthrough `b0 ... bn`: powers of z, highest first. A delay of d samples gives d - 1 leading zeros.
     pub num: Vec<f64>,
-    /// `1, a1 ... an`: powers of z, the highest first.
+    /// `1, a1 ... an`: powers of z, highest first.
     pub den: Vec<f64>,
-    /// The covariance of `a1 ... an` and of `num`, row by row; what is known beforehand has none.
+    /// The covariance of `a1 ... an` and of `num`, row by row; zero for known values.
     #[serde(with = "covariance")]
     pub covariance: Vec<Vec<f64>>,
-    /// The continuous model; none when a pole has no continuous counterpart.
+    /// The continuous model; `None` if a pole has no continuous counterpart.
     pub continuous: Option<Continuous>,
-    /// The vehicle's own equations, from a method that seeks them.
+    /// The vehicle's own equations, if the method estimates them.
     pub physical: Option<Physical>,
     /// The process model that was fitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub process: Option<Process>,
-    /// The static curve in front of the dynamics or behind them, which everything else here leaves out.
+    /// The static curve in front of the dynamics or behind them; all other fields describe the linear dynamics.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub static_curve: Option<StaticCurve>,
     /// The output's offset.
     pub offset: f64,
-    /// The input at which the output of an integrating model stands; of another the offset holds it.
+    /// The input at which the output of an integrating model is constant; for other models the offset includes it.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub input_level: f64,
     /// The noise's variance, output unit squared.
     pub noise_variance: f64,
     /// `c1 ... cn`; empty without a noise model.
     pub noise_model: Vec<f64>,
-    /// `d1 ... dk` of the noise `e / (1 + d1 z^-1 + ... + dk z^-k)` on the output; empty without.
+    /// `d1 ... dk` of the noise `e / (1 + d1 z^-1 + ... + dk z^-k)` on the output; empty without a noise model.
     #[serde(default)]
     pub noise_denominator: Vec<f64>,
     /// Poles in z.
@@ -312,7 +313,7 @@ pub struct ModelFile {
     pub continuous_poles: Vec<Place>,
     /// Zeros in z.
     pub zeros: Vec<Place>,
-    /// Steady-state gain and its standard deviation; none with a pole at z = 1.
+    /// Steady-state gain and its standard deviation; `None` with a pole at z = 1.
     pub steady_state_gain: Option<[f64; 2]>,
     /// Simulated fit, %.
     pub fit: Option<f64>,
@@ -321,15 +322,15 @@ pub struct ModelFile {
     /// How the data was prepared, a sentence for each step.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub preparation: Vec<String>,
-    /// What the model is good for.
+    /// The judgement on the model.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub judgement: Option<Judgement>,
-    /// The same for people: what was found, and the verdict.
+    /// The same for people: findings and verdict.
     pub verdict: Vec<String>,
 }
 
 impl ModelFile {
-    /// A transfer function that is known exactly, `num` and `den` as in the file, and nothing else.
+    /// An exactly known transfer function, `num` and `den` as in the file, without other contents.
     #[must_use]
     pub fn exact(
         input: &str,
@@ -373,8 +374,7 @@ impl ModelFile {
     /// The model in a `*.json`, `*.yaml` or `*.yml` file.
     ///
     /// # Errors
-    /// A file that cannot be read, is larger than [`planesman_text::LARGEST`], is no model file, or does not pass
-    /// [`check`](Self::check).
+    /// If the file cannot be read, is larger than [`planesman_text::LARGEST`], is not a model file, or fails [`check`](Self::check).
     pub fn read(path: &Path) -> Result<Self, Error> {
         let text = planesman_text::read(path)
             .map_err(|reason| Error::of(path, Refusal::File(reason.to_string())))?;
@@ -384,7 +384,7 @@ impl ModelFile {
     /// The same from the file's text.
     ///
     /// # Errors
-    /// As [`read`](Self::read), but for reading.
+    /// Like [`read`](Self::read), except for reading.
     pub fn parse(path: &Path, text: &str) -> Result<Self, Error> {
         if SeveralModelFile::recognises(path, text) {
             return Err(Error::of(path, Refusal::Several));
@@ -396,7 +396,7 @@ impl ModelFile {
         Ok(model)
     }
 
-    /// Whether a file of that name can be a model file.
+    /// Checks that a file with that name can be a model file.
     ///
     /// # Errors
     /// [`Refusal::Name`].
@@ -404,7 +404,7 @@ impl ModelFile {
         Syntax::of(path).map(drop)
     }
 
-    /// Whether a file says that it is a model file, of whatever edition: its `format` begins so.
+    /// Whether a file claims to be a model file of any version, by the beginning of its `format`.
     #[must_use]
     pub fn recognises(path: &Path, text: &str) -> bool {
         #[derive(Deserialize)]
@@ -415,17 +415,17 @@ impl ModelFile {
         head.is_ok_and(|head| head.format.starts_with("planesman model"))
     }
 
-    /// Writes the model to a `*.json`, `*.yaml` or `*.yml` file, whole or not at all.
+    /// Writes the model to a `*.json`, `*.yaml` or `*.yml` file, completely or not at all.
     ///
     /// # Errors
-    /// When it does not pass [`check`](Self::check), or the file cannot be written.
+    /// If the model fails [`check`](Self::check), or the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), Error> {
         self.check()
             .and_then(|()| write_checked(self, path))
             .map_err(|reason| Error::of(path, reason))
     }
 
-    /// What the model is good for, of a file of the first format by its sentences; `None` where nothing says so.
+    /// The judgement on the model; for a file of the first format from its sentences. `None` if there is none.
     #[must_use]
     pub fn judgement(&self) -> Option<Judgement> {
         (self.judgement.clone()).or_else(|| Judgement::of_sentences(&self.verdict))
@@ -437,16 +437,16 @@ impl ModelFile {
         self.den.len().saturating_sub(1)
     }
 
-    /// Whether the input acts on the output of the same sample: `num` is as long as `den`.
+    /// Whether the model has direct feedthrough: `num` is as long as `den`.
     #[must_use]
     pub fn has_feedthrough(&self) -> bool {
         self.num.len() == self.den.len()
     }
 
-    /// The speed at which a linear model of a vehicle holds, m/s.
+    /// The speed at which a vehicle's linear model is valid, m/s.
     ///
     /// # Errors
-    /// [`Refusal::NoSpeed`], when the file does not give it; [`Refusal::Curve`], when the model is not linear.
+    /// [`Refusal::NoSpeed`], if the file does not give it; [`Refusal::Curve`], if the model is not linear.
     pub fn required_speed(&self) -> Result<f64, Refusal> {
         if self.static_curve.is_some() {
             return Err(Refusal::Curve);
@@ -457,7 +457,7 @@ impl ModelFile {
     /// The checks on every model file.
     ///
     /// # Errors
-    /// The first rule that the model breaks.
+    /// The first rule that the model violates.
     pub fn check(&self) -> Result<(), Refusal> {
         let written = serde_yaml_ng::to_value(self).map_err(text)?;
         if let Some(place) = not_finite(&written) {
@@ -486,7 +486,7 @@ impl ModelFile {
     }
 }
 
-/// Whether the coefficients of a transfer function and their covariance belong together.
+/// Checks that the coefficients of a transfer function and their covariance match.
 fn check_coefficients(num: &[f64], den: &[f64], covariance: &[Vec<f64>]) -> Result<(), Refusal> {
     if den.first() != Some(&1.0) {
         return Err(Refusal::Denominator);
@@ -507,7 +507,7 @@ fn check_coefficients(num: &[f64], den: &[f64], covariance: &[Vec<f64>]) -> Resu
     }
 }
 
-/// Writes a model that was checked, whole or not at all.
+/// Writes a checked model, completely or not at all.
 fn write_checked<T: Serialize>(model: &T, path: &Path) -> Result<(), Refusal> {
     let written = Syntax::of(path)?.text(model)?;
     if written.len() as u64 > planesman_text::LARGEST {
@@ -523,7 +523,7 @@ fn is_zero(value: &f64) -> bool {
     *value == 0.0
 }
 
-/// Where the first number stands that is not finite.
+/// The place of the first number that is not finite.
 fn not_finite(value: &Yaml) -> Option<String> {
     match value {
         Yaml::Number(number) => {
@@ -541,7 +541,7 @@ fn not_finite(value: &Yaml) -> Option<String> {
     }
 }
 
-/// How the file is written.
+/// The syntax of the file.
 #[derive(Clone, Copy)]
 enum Syntax {
     Json,

@@ -1,4 +1,4 @@
-//! A model of several inputs and outputs: a transfer function of each input to each output, and a state space of them all.
+//! A model of several inputs and outputs: a transfer function from each input to each output, and a common state space.
 
 use crate::judgement::Judgement;
 use std::path::Path;
@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{Continuous, Error, Place, Refusal, Syntax, not_finite, text, write_checked};
 
-/// The name and the version of the format.
+/// The name and version of the format.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SeveralFormat {
-    /// The first of several inputs and outputs.
+    /// The first format with several inputs and outputs.
     #[serde(rename = "planesman model 2")]
     Two,
     /// With judgements.
@@ -19,13 +19,13 @@ pub enum SeveralFormat {
     Four,
 }
 
-/// What an input does to an output.
+/// The transfer function from an input to an output.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ChannelModel {
     /// The input's name.
     pub input: String,
-    /// As in a file of one input: powers of z, the highest first, a delay of d samples as d - 1 zeros in front.
+    /// As in a file with one input: powers of z, highest first; a delay of d samples gives d - 1 leading zeros.
     pub num: Vec<f64>,
     /// `1, a1 ... an`.
     pub den: Vec<f64>,
@@ -34,9 +34,9 @@ pub struct ChannelModel {
     pub covariance: Vec<Vec<f64>>,
     /// The delay, samples.
     pub delay: usize,
-    /// Its 95 % interval, samples; none where it was not sought.
+    /// Its 95 % interval, samples; `None` if the delay was given.
     pub delay_interval: Option<[i64; 2]>,
-    /// The continuous model; none when a pole has no continuous counterpart.
+    /// The continuous model; `None` if a pole has no continuous counterpart.
     pub continuous: Option<Continuous>,
     /// Poles in z.
     pub poles: Vec<Place>,
@@ -44,19 +44,19 @@ pub struct ChannelModel {
     pub continuous_poles: Vec<Place>,
     /// Zeros in z.
     pub zeros: Vec<Place>,
-    /// Steady-state gain and its standard deviation; none with a pole at z = 1.
+    /// Steady-state gain and its standard deviation; `None` with a pole at z = 1.
     pub steady_state_gain: Option<[f64; 2]>,
-    /// The F statistic of the input's parameters, and the one that is needed.
+    /// The F statistic of the input's parameters, and the required one.
     pub effect: [f64; 2],
 }
 
-/// An input that does nothing that is seen in an output.
+/// An input without a visible effect on an output.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LeftOut {
     /// Its name.
     pub input: String,
-    /// The F statistic with it, and the one that would have been needed.
+    /// The F statistic with it, and the required one.
     pub effect: [f64; 2],
 }
 
@@ -68,7 +68,7 @@ pub struct OutputModel {
     pub output: String,
     /// The estimator's name.
     pub method: String,
-    /// The inputs that do something, in the order of the file's.
+    /// The inputs with an effect, in the order of the file.
     pub channels: Vec<ChannelModel>,
     /// The others.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -83,24 +83,24 @@ pub struct OutputModel {
     pub fit: Option<f64>,
     /// Simulated fit on held-out data, %.
     pub held_out_fit: Option<f64>,
-    /// What the model is good for.
+    /// The judgement on the model.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub judgement: Option<Judgement>,
-    /// The same for people: what was found, and the verdict.
+    /// The same for people: findings and verdict.
     pub verdict: Vec<String>,
 }
 
-/// `x_(k+1) = A x_k + B u_k`, `y_k = C x_k + D u_k` and the offsets: inputs and outputs in the order of the file.
+/// `x_(k+1) = A x_k + B u_k`, `y_k = C x_k + D u_k` plus the offsets; inputs and outputs in the order of the file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StateSpace {
     /// n rows of n.
     pub a: Vec<Vec<f64>>,
-    /// n rows of one for each input.
+    /// n rows, each with one number per input.
     pub b: Vec<Vec<f64>>,
-    /// A row of n for each output.
+    /// One row of n numbers for each output.
     pub c: Vec<Vec<f64>>,
-    /// A row for each output, of one for each input.
+    /// One row for each output, with one number per input.
     pub d: Vec<Vec<f64>>,
 }
 
@@ -116,7 +116,7 @@ pub struct SeveralModelFile {
     pub sample_time: f64,
     /// The model of each output.
     pub outputs: Vec<OutputModel>,
-    /// All of them as one system.
+    /// All outputs as one system.
     pub state_space: StateSpace,
     /// How the data was prepared, a sentence for each step.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -124,7 +124,7 @@ pub struct SeveralModelFile {
 }
 
 impl SeveralModelFile {
-    /// Whether the text of a `*.json`, `*.yaml` or `*.yml` file says that it is such a model.
+    /// Whether the text of a `*.json`, `*.yaml` or `*.yml` file claims to be such a model.
     #[must_use]
     pub fn recognises(path: &Path, given: &str) -> bool {
         #[derive(Deserialize)]
@@ -139,7 +139,7 @@ impl SeveralModelFile {
     /// The model from a file's text.
     ///
     /// # Errors
-    /// Text that is no such model, or does not pass [`check`](Self::check).
+    /// If the text is not such a model, or fails [`check`](Self::check).
     pub fn parse(path: &Path, given: &str) -> Result<Self, Error> {
         let model: Self = Syntax::of(path)
             .and_then(|syntax| syntax.parse(given))
@@ -148,10 +148,10 @@ impl SeveralModelFile {
         Ok(model)
     }
 
-    /// Writes the model to a `*.json`, `*.yaml` or `*.yml` file, whole or not at all.
+    /// Writes the model to a `*.json`, `*.yaml` or `*.yml` file, completely or not at all.
     ///
     /// # Errors
-    /// When it does not pass [`check`](Self::check), or the file cannot be written.
+    /// If the model fails [`check`](Self::check), or the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), Error> {
         let checked = self.check().and_then(|()| write_checked(self, path));
         checked.map_err(|reason| Error::of(path, reason))
@@ -160,7 +160,7 @@ impl SeveralModelFile {
     /// The checks on every such file.
     ///
     /// # Errors
-    /// The first rule that the model breaks.
+    /// The first rule that the model violates.
     pub fn check(&self) -> Result<(), Refusal> {
         let written = serde_yaml_ng::to_value(self).map_err(text)?;
         if let Some(place) = not_finite(&written) {

@@ -173,10 +173,7 @@ fn a_model_behind_a_thousand_samples_of_delay_is_read_as_it_was_written() {
     long.den = [vec![1.0], vec![0.0; order]].concat();
     long.covariance = vec![vec![1.0 / 3.0; 2 * order]; 2 * order];
     let refusal = long.write(&folder.path().join("full.json")).unwrap_err();
-    assert!(
-        refusal.to_string().contains("at most are read"),
-        "{refusal}"
-    );
+    assert!(refusal.to_string().contains("can be read"), "{refusal}");
 }
 
 #[test]
@@ -208,7 +205,12 @@ fn what_is_no_model_file_is_refused_with_the_reason() {
         assert!(refusal.to_string().contains("mine.yaml"));
     }
     let elsewhere = ModelFile::parse(Path::new("model.txt"), &good).unwrap_err();
-    assert!(elsewhere.refusal.to_string().contains("*.json or *.yaml"));
+    assert!(
+        elsewhere
+            .refusal
+            .to_string()
+            .contains(".json, .yaml or .yml")
+    );
     assert!(!ModelFile::recognises(Path::new("v.yaml"), "name: brunner"));
     let later = good.replace("planesman model 3", "planesman model 2");
     assert!(ModelFile::recognises(Path::new("later.yaml"), &later));

@@ -1,17 +1,17 @@
-//! Why numbers are no record.
+//! Reasons why numbers do not form a record.
 
 use thiserror::Error;
 
-/// What a record breaks.
+/// The rule that a record violates.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum RecordError {
     /// A sampling interval that is not positive.
-    #[error("{0} s is not a sampling interval")]
+    #[error("sampling interval {0} s refused: it must be positive and finite")]
     SampleTime(f64),
     /// There is no output.
     #[error("a record needs an output")]
     NoOutput,
-    /// Names and lists do not pair.
+    /// Names and lists do not match.
     #[error("segment {segment} has {lists} lists for {signals} signals")]
     Lists {
         /// The segment's number.

@@ -1,6 +1,6 @@
-//! A difference equation as a filter.
+//! Filtering by a difference equation.
 
-/// `num(q^-1) / den(q^-1)` from rest; `den` begins with 1.
+/// The response of `num(q^-1) / den(q^-1)` from rest; `den` begins with 1.
 #[must_use]
 pub fn filter(num: &[f64], den: &[f64], input: &[f64]) -> Vec<f64> {
     let mut output: Vec<f64> = Vec::with_capacity(input.len());

@@ -5,8 +5,8 @@
 pub struct Input {
     /// `u = (1/T) integral of u(t) dt`, the mean, in the input's unit.
     pub mean: f64,
-    /// `m = (1/T^2) integral of (t - T/2) u(t) dt`, the first moment about the
-    /// interval's middle divided by the interval, in the input's unit; 0 for an input that is held.
+    /// `m = (1/T^2) integral of (t - T/2) u(t) dt`, the first moment about the interval's middle divided by the interval, in the input's
+    /// unit; 0 for a constant input.
     pub moment: f64,
 }
 
@@ -20,9 +20,8 @@ impl Input {
         }
     }
 
-    /// The input through evenly spaced samples, the first at the interval's beginning and
-    /// the last at its end, linear in between: mean by the trapezoid rule, the moment exactly.
-    /// A single sample is held. `None` when there is none.
+    /// From evenly spaced samples, the first at the interval's beginning and the last at its end, linear in between: the mean by the
+    /// trapezoid rule, the moment exactly. A single sample is held. `None` without samples.
     #[must_use]
     pub fn through(samples: &[f64]) -> Option<Self> {
         match samples {

@@ -3,7 +3,7 @@
 //! - [`Record`], [`Segment`], [`Run`]: the numbers, their parts without a gap, and one input with one output.
 //! - [`Input`]: mean and first moment of an input between two instants.
 //! - [`filter()`], [`StraightLine`]: a difference equation from rest, a trend.
-//! - [`noise()`], [`with_noise`]: the same white noise in every program, for simulated records.
+//! - [`noise()`], [`with_noise`]: white noise for simulated records, the same in every program.
 
 mod error;
 mod filter;

@@ -1,8 +1,8 @@
 //! Reproducible white noise for simulated records, the same numbers from any program.
 //!
-//! Twelve uniforms minus six from `x <- 1664525 x + 1013904223 mod 2^32`.
+//! Twelve uniform numbers minus six, from `x <- 1664525 x + 1013904223 mod 2^32`.
 
-/// `count` numbers of mean zero and variance one.
+/// `count` numbers with mean zero and variance one.
 #[must_use]
 pub fn noise(seed: u32, count: usize) -> Vec<f64> {
     let mut x = seed;
@@ -15,7 +15,7 @@ pub fn noise(seed: u32, count: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Values with noise of a size added.
+/// Values plus noise with standard deviation `size`.
 #[must_use]
 pub fn with_noise(values: &[f64], seed: u32, size: f64) -> Vec<f64> {
     values

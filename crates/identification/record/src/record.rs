@@ -1,25 +1,24 @@
-//! A record: inputs and outputs on one uniform grid of instants, as every estimator takes them.
+//! A record: inputs and outputs on one uniform grid of instants, the form that every estimator uses.
 //!
-//! A record is a list of *segments*, each without a gap. Between two segments something was
-//! missing, or a new run began: an estimator starts its history anew with each, and the
-//! parameters are common to all. Several runs of one vehicle make one record in the same way.
+//! A record is a list of *segments*, each without a gap. Between two segments data is missing, or a new run begins: an estimator restarts
+//! its history at each, and the parameters are common to all. In the same way several runs of one vehicle form one record.
 //!
 //! Within a segment the output is known at the instants `t_k = start + k * sample_time`, and
 //! `inputs[..][k]` acts over the interval from t_k to t_(k+1).
 
 use crate::error::RecordError;
 
-/// Segments used at most, each with an offset of its own, and samples of the shortest worth it.
+/// Maximum number of segments used, each with its own offset, and minimum number of samples in a segment.
 const SEGMENTS: usize = 40;
 const SHORTEST: usize = 30;
 
-/// The input that a segment keeps from before its first instant, intervals at most.
+/// Maximum number of intervals for which a segment keeps the input before its first instant.
 pub const LONGEST_PAST: usize = 1100;
 
 /// One record on a uniform grid: `inputs[k]` acts over the interval that begins with `outputs[k]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Run<'a> {
-    /// The input's means over the intervals before the first output, the latest last, where they are known.
+    /// The input's means over the intervals before the first output, latest last, if known.
     pub past: &'a [f64],
     /// The input's mean over each interval, the input's unit.
     pub inputs: &'a [f64],
@@ -43,12 +42,11 @@ pub struct Record {
 /// Numbers without a gap.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Segment {
-    /// Of which of several sources of data it is, counted from 0.
+    /// Index of the data source, from 0.
     pub source: usize,
     /// The first instant, ns on the data's own clock.
     pub start: i64,
-    /// `past[i]`: input i over the intervals before the first instant, the latest last, where it is known there. Empty,
-    /// or one list for each input.
+    /// `past[i]`: input i over the intervals before the first instant, latest last, if known. Empty, or one list for each input.
     pub past: Vec<Vec<f64>>,
     /// `inputs[i][k]`: input i over the interval that begins at instant k. All as long as the outputs.
     pub inputs: Vec<Vec<f64>>,
@@ -63,7 +61,7 @@ impl Segment {
         self.outputs.first().map_or(0, Vec::len)
     }
 
-    /// The part of its instants from `first` up to `end`; the inputs before are its past.
+    /// The part of its instants from `first` up to `end`; earlier inputs become its past.
     #[must_use]
     pub fn part(&self, first: usize, end: usize, sample_time: f64) -> Self {
         let cut = |lists: &[Vec<f64>]| lists.iter().map(|it| it[first..end].to_vec()).collect();
@@ -82,7 +80,7 @@ impl Segment {
         }
     }
 
-    /// Its first input and output; `None` where one is missing.
+    /// Its first input and output; `None` if one is missing.
     #[must_use]
     pub fn run(&self) -> Option<Run<'_>> {
         Some(Run {
@@ -92,7 +90,7 @@ impl Segment {
         })
     }
 
-    /// Whether there is no instant.
+    /// Whether there are no instants.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -100,11 +98,11 @@ impl Segment {
 }
 
 impl Record {
-    /// A record of one segment that begins at time 0, from numbers that are on the grid.
+    /// A record of one segment that begins at time 0, from numbers on the grid.
     ///
     /// # Errors
-    /// [`RecordError`], when a name and its numbers do not pair, signals differ in length, or the
-    /// sampling interval is not a positive number.
+    /// [`RecordError`], if a name and its numbers do not match, signals differ in length, or the sampling interval is not a positive
+    /// number.
     pub fn of_run(
         sample_time: f64,
         inputs: Vec<(&str, Vec<f64>)>,
@@ -129,8 +127,8 @@ impl Record {
         Ok(record)
     }
 
-    /// Whether the record is what it should be: a positive sampling interval, at least one output, and in every
-    /// segment as many lists as signals, all of one length, all finite.
+    /// Checks the record: a positive sampling interval, at least one output, and in every segment as many lists as signals, all of the same
+    /// length and finite.
     ///
     /// # Errors
     /// [`RecordError`].
@@ -189,8 +187,8 @@ impl Record {
         self.samples() as f64 * self.sample_time
     }
 
-    /// The numbers of the segments that are used, in the order of time: the longest, and none too short to
-    /// say anything beside its own offset.
+    /// The numbers of the segments used, in the order of time: the longest ones, without those too short to determine more than their own
+    /// offset.
     #[must_use]
     pub fn used(&self) -> Vec<usize> {
         let length = |number: &usize| self.segments[*number].len();
@@ -203,7 +201,7 @@ impl Record {
         numbers
     }
 
-    /// The first input and output of each segment that is used.
+    /// The first input and output of each segment used.
     #[must_use]
     pub fn runs(&self) -> Option<Vec<Run<'_>>> {
         let numbers = self.used();
@@ -213,7 +211,7 @@ impl Record {
             .collect()
     }
 
-    /// The segment with the most instants, the earliest of several.
+    /// The segment with the most instants; of several the earliest.
     #[must_use]
     pub fn longest(&self) -> Option<&Segment> {
         self.segments

@@ -1,18 +1,18 @@
-//! The trend of a signal.
+//! The linear trend of a signal.
 
-/// The straight line nearest to some values.
+/// The straight line with the best least-squares fit to values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StraightLine {
-    /// Its value in the middle, which is the values' mean.
+    /// The value in the middle, equal to the mean.
     pub mean: f64,
     /// Its slope per sample.
     pub slope: f64,
-    /// The share of the values' variation about their mean that it explains, 0 to 1.
+    /// The share of the values' variation about their mean that the line explains, 0 to 1.
     pub share: f64,
 }
 
 impl StraightLine {
-    /// By least squares.
+    /// Fits a line by least squares.
     #[must_use]
     pub fn nearest_to(values: &[f64]) -> Self {
         let count = values.len().max(1) as f64;

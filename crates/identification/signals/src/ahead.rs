@@ -1,12 +1,12 @@
-//! A file that is read with a look ahead, as formats that are found again after damage need.
+//! Reads a file with look-ahead, as needed to resynchronise after damage.
 
 use std::fs::File;
 use std::io::{self, Read};
 
-/// The bytes read at once: several times as many as anybody looks ahead.
+/// Bytes read at once, several times the longest look-ahead.
 const ROOM: usize = 1 << 20;
 
-/// A file, from the first byte that is not used up.
+/// A file, from the first unused byte on.
 pub(crate) struct Ahead {
     file: File,
     buffer: Vec<u8>,
@@ -24,7 +24,7 @@ impl Ahead {
         }
     }
 
-    /// The next bytes: at least so many, unless the file ends before.
+    /// The next bytes, at least `count` unless the file ends before.
     pub(crate) fn bytes(&mut self, count: usize) -> io::Result<&[u8]> {
         if self.buffer.len() - self.start < count {
             self.buffer.drain(..self.start);
@@ -35,14 +35,14 @@ impl Ahead {
         Ok(&self.buffer[self.start..])
     }
 
-    /// Uses so many bytes up.
+    /// Advances by this many bytes.
     pub(crate) fn pass(&mut self, count: usize) {
         let count = count.min(self.buffer.len() - self.start);
         self.start += count;
         self.position += count as u64;
     }
 
-    /// The bytes used up.
+    /// The number of used bytes.
     pub(crate) fn position(&self) -> u64 {
         self.position
     }

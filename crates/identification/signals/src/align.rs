@@ -1,23 +1,22 @@
-//! Puts inputs and outputs in the order of their stamps, whatever order they arrive in.
+//! Sorts inputs and outputs by their stamps, regardless of the order of arrival.
 //!
-//! The output is known at the instants t_k, the input over the intervals `[t_k, t_(k+1))`, each
-//! message stamped with its t_k. The regression wants, for each k, the output at t_k with the
-//! input over the interval that ended there, stamped t_(k-1).
+//! The output is known at the instants t_k, the input over the intervals `[t_k, t_(k+1))`, each message stamped with its t_k. For each k
+//! the regression needs the output at t_k and the input over the interval that ended there, stamped t_(k-1).
 //!
 //! Instants lie on a grid of one sampling interval through the first stamp seen; a stamp
 //! further than a quarter interval from it is off the grid and left out.
 //!
-//! - **Order.** A sample is given out as soon as it continues the last one. What is missing is
-//!   waited for until an output [`WINDOW`] intervals newer has come; then it is a gap, and the
-//!   samples begin anew after it. The very first sample is held back as long, since an earlier
-//!   one may follow. So arrival orders that differ by less than the window give the same samples.
-//! - **Left out** are repeats of what is known, what comes after it was given up, and inputs more
-//!   than the window ahead of every output.
-//! - **Time going back**: two outputs in a row more than the window older than the newest say that the
-//!   clock was set back, as by a bag that loops or a simulation started again. Everything begins anew; inputs
-//!   of the new time that overtook them are not lost. One alone is a straggler, and left out.
-//! - **Another grid**: as many outputs in a row off the grid as the window is long say that their
-//!   publisher was started again, or is a little faster or slower than it says. The grid is laid anew.
+//! - **Order.** A sample is passed on as soon as the sample before it has been passed on. The aligner waits for a missing message until an
+//!   output [`WINDOW`] intervals newer has come. Then the missing one is a gap, and the samples restart after it. The very first sample is
+//!   delayed by the same window, since an earlier one may follow. So arrival orders that differ by less than the window give the same
+//!   samples.
+//! - **Left out** are repeats, messages that arrive after they were counted as missing, and inputs more than the window ahead of every
+//!   output.
+//! - **Time going back**: two consecutive outputs that are older than the newest by more than the window mean that the clock was set back,
+//!   as by a bag that loops or a restarted simulation. Everything restarts; inputs of the new time that arrived before its outputs are
+//!   kept. A single such output is a late message, and left out.
+//! - **Another grid**: if as many consecutive outputs as the window is long are off the grid, their publisher was restarted, or has a
+//!   slightly different rate. Then a new grid is used.
 //!
 //! Memory is bounded by the window, whatever the stamps, as long as samples are taken.
 
@@ -26,21 +25,20 @@ use std::ops::RangeInclusive;
 
 use planesman_record::Input;
 
-/// The largest lateness of a message against the newest, in intervals.
+/// The largest lateness of a message relative to the newest, in intervals.
 pub const WINDOW: i64 = 16;
 
-/// How often an output comes before the input that led to it is given up, in lockstep.
+/// In lockstep, how often an output arrives before the aligner stops waiting for its input.
 pub const MAX_REPEATS: u32 = 3;
 
-/// An output and the input that led to it.
+/// An output and the input over the interval before it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// The output's stamp, ns.
     pub stamp: i64,
     /// The output at the stamp.
     pub output: f64,
-    /// The input over the interval that ended at the stamp; `None` where the samples begin
-    /// or begin anew.
+    /// The input over the interval that ended at the stamp; `None` at the first sample and after a gap.
     pub input: Option<Input>,
 }
 
@@ -49,40 +47,40 @@ pub struct Sample {
 pub enum Offer {
     /// It was taken.
     Accepted,
-    /// It was left out: known already, given up before it came, or off the grid.
+    /// The message was left out: repeated, late, or off the grid.
     LeftOut,
-    /// Time went back: everything before it was dropped, and it was taken.
+    /// Time went back: all earlier messages were dropped, and this one was accepted.
     WentBack,
 }
 
-/// The messages not yet given out, and where the samples stand.
+/// Messages not yet passed on, and the state of the samples.
 #[derive(Clone, Debug)]
 pub struct Aligner {
     /// ns
     period: i64,
     /// A stamp on the grid, ns.
     origin: Option<i64>,
-    /// By instant: (stamp, value). Kept a while after they are given out, to know repeats.
+    /// By instant: (stamp, value). Kept for a while after they are passed on, to recognise repeats.
     outputs: ByInstant<(i64, f64)>,
     inputs: ByInstant<Input>,
-    /// Inputs too old to matter, unless time turns out to have gone back.
+    /// Inputs that are too old, unless time turns out to have gone back.
     old_inputs: VecDeque<(i64, Input)>,
-    /// The last output, if it was too old to matter likewise.
+    /// The last output, if it was too old in the same way.
     old_output: Option<(i64, f64)>,
-    /// Outputs in a row that were off the grid, and inputs.
+    /// Consecutive outputs off the grid, and inputs.
     off_grid: i64,
     inputs_off_grid: i64,
     newest_output: Option<i64>,
     /// The last input offered.
     last_input: Option<i64>,
-    /// The first instant not yet given out.
+    /// The first instant not yet passed on.
     next: i64,
-    /// The sample at `next` continues the one before it.
+    /// Whether the sample at `next` continues the one before it.
     continuing: bool,
-    /// Nothing more will come: do not wait.
+    /// Whether the input has ended, so that nothing is waited for.
     finished: bool,
     answered: Option<i64>,
-    /// The number of receptions of the newest output.
+    /// How often the newest output has arrived.
     repeats: u32,
 }
 
@@ -182,7 +180,7 @@ impl Aligner {
         Offer::Accepted
     }
 
-    /// Forgets everything but these outputs and the inputs that may belong to them.
+    /// Drops everything except these outputs and the inputs that may belong to them.
     fn begin_anew(&mut self, outputs: &[(i64, f64)]) {
         let old_inputs = std::mem::take(&mut self.old_inputs);
         *self = Self::new(self.period);
@@ -195,20 +193,19 @@ impl Aligner {
         }
     }
 
-    /// How many intervals the outputs are ahead of the inputs; where one kind has not come yet, of the
-    /// first stamp seen.
+    /// How many intervals the outputs are ahead of the inputs; if one kind is missing, relative to the first stamp.
     #[must_use]
     pub fn outputs_ahead(&self) -> i64 {
         self.newest_output.unwrap_or(0) - self.last_input.unwrap_or(0)
     }
 
-    /// Whether the inputs are stamped at other instants than the outputs, a quarter interval off or more.
+    /// Whether the inputs' stamps differ from the outputs' by a quarter interval or more.
     #[must_use]
     pub fn inputs_are_off_grid(&self) -> bool {
         self.inputs_off_grid >= WINDOW
     }
 
-    /// The next sample in the order of stamps, once it is settled.
+    /// The next sample in the order of stamps, once it is final.
     pub fn take(&mut self) -> Option<Sample> {
         let sample = self.settled();
         if let (None, Some(newest)) = (sample, self.newest_output) {
@@ -251,25 +248,25 @@ impl Aligner {
         })
     }
 
-    /// Whether what is missing at instant k may still come.
+    /// Whether a message missing at instant k may still come.
     fn waits_at(&self, k: i64) -> bool {
         !self.finished && self.newest_output.is_none_or(|newest| newest - k < WINDOW)
     }
 
-    /// Says that nothing more will come: what is held back is given out.
+    /// Ends the input; the remaining samples become available.
     pub fn finish(&mut self) {
         self.finished = true;
     }
 
-    /// The latest output's stamp (ns) with which all that lockstep lets one expect has come: the input
-    /// over the interval before it, unless the output that began that interval was never seen. An output that
-    /// has come [`MAX_REPEATS`] times is answered without: nobody has that input any more.
+    /// The latest output's stamp (ns) for which all data that lockstep promises has come: the input over the interval before it, unless the
+    /// output at the beginning of that interval was never seen. An output that has come [`MAX_REPEATS`] times counts as answered without
+    /// its input, which nobody has any more.
     #[must_use]
     pub fn answered(&self) -> Option<i64> {
         self.answered
     }
 
-    /// Notes that the output at instant k, if it is there, has all it needs, if it has.
+    /// Records that the output at instant k is complete, if it is.
     fn answer(&mut self, k: i64) {
         let given_up = self.newest_output == Some(k) && self.repeats >= MAX_REPEATS;
         let waits_for_input =
@@ -294,7 +291,7 @@ impl Aligner {
     }
 }
 
-/// Values by instant, in the order of time. What is asked for and added is nearly always the newest.
+/// Values by instant, in the order of time. The newest value is nearly always the one requested or added.
 #[derive(Clone, Debug)]
 struct ByInstant<T>(VecDeque<(i64, T)>);
 
@@ -314,17 +311,17 @@ impl<T> ByInstant<T> {
         (*instant == k).then_some(value)
     }
 
-    /// The first that is not before k.
+    /// The first instant not before k.
     fn first_from(&self, k: i64) -> Option<&(i64, T)> {
         self.0.get(self.before(k))
     }
 
-    /// Adds the value of an instant that has none.
+    /// Adds the value of an instant without one.
     fn insert(&mut self, k: i64, value: T) {
         self.0.insert(self.before(k), (k, value));
     }
 
-    /// Drops what lies outside of a range of instants. What is kept, nearly all, is not looked at.
+    /// Drops values outside a range of instants. Does not visit the values kept, which are nearly all.
     fn keep(&mut self, kept: &RangeInclusive<i64>) {
         while self.0.pop_front_if(|(k, _)| *k < *kept.start()).is_some() {}
         while self.0.pop_back_if(|(k, _)| *k > *kept.end()).is_some() {}

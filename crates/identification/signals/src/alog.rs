@@ -1,7 +1,7 @@
-//! Logs of MOOS (`.alog`): lines of a time in seconds since the log's start, a variable, its source, and its value (MOOS-IvP, "The Alog
-//! Toolbox").
+//! Logs of MOOS (`.alog`): each line has a time in seconds since the log's start, a variable, its source, and its value (MOOS-IvP, "The
+//! Alog Toolbox").
 //!
-//! A value that is a number is the field `value`; of `X=1.5,Y=2` each number is a field.
+//! A numeric value becomes the field `value`; each number of `X=1.5,Y=2` becomes a field.
 
 use std::fs::File;
 use std::io::{self, BufRead as _, BufReader, Read as _};
@@ -11,7 +11,7 @@ use crate::csv_cell::{decimal, number};
 use crate::log_message::{FIELDS, LogMessage, LogReader, VALUE};
 use crate::time_unit::TimeUnit;
 
-/// The longest line, bytes; what is behind is a line of its own.
+/// The longest line, bytes; the rest is read as a new line.
 const LONGEST: u64 = 1 << 20;
 
 /// The messages of a log.

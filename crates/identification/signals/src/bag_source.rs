@@ -20,23 +20,23 @@ use crate::signal::Signal;
 use crate::source::Source;
 use crate::stamps::{self, Stamps};
 
-/// Progress is told of each message of more bytes.
+/// Messages with more bytes report their progress.
 const LARGE_MESSAGE: usize = 1 << 20;
 
-/// Messages of a topic, and of all, whose stamps are looked at before the clock is chosen, and bytes of the bag in which they are sought.
+/// For the choice of the clock: messages of a topic and in total whose stamps are examined, and bytes of the bag searched for them.
 const STAMPS: u64 = 200;
 const ALL_STAMPS: usize = 5000;
 const STAMP_BYTES: u64 = 16 << 20;
 
-/// Messages in which the names of a list's elements are looked for, and names that are kept.
+/// Messages searched for the names of a list's elements, and names stored.
 const NAMED_IN: usize = 10_000;
 const MOST_NAMES: usize = 1000;
 
-/// Messages in which names are looked for to list them, and elements of a list that are told apart by name.
+/// Messages searched to list names, and elements of a list distinguished by name.
 const NAMED_FIRST: usize = 500;
 const MOST_ELEMENTS: usize = 16;
 
-/// An open bag, and whose stamps are wanted.
+/// An open bag, and the requested clock.
 #[derive(Debug)]
 pub(crate) struct BagSource {
     bag: BagReader,
@@ -44,10 +44,11 @@ pub(crate) struct BagSource {
 }
 
 impl BagSource {
-    /// Opens a bag: a folder, its metadata, one file, or several, of whose chunks each file is read up to `most_unpacked` bytes.
+    /// Opens a bag: a folder, its metadata, one file, or several. Of each file at most `most_unpacked` decompressed bytes of chunks are
+    /// read.
     ///
     /// # Errors
-    /// As [`BagReader::open`].
+    /// Like [`BagReader::open`].
     pub(crate) fn open(
         paths: &[PathBuf],
         clock: Option<Clock>,
@@ -61,18 +62,20 @@ impl BagSource {
         Ok(Self { bag, clock })
     }
 
-    /// The messages of the wanted topics, of those types in which the signals were found.
+    /// The messages of the wanted topics with the types in which the signals were found.
     fn messages<'a>(&'a self, wanted: &'a [RequestedSignal], order: Order) -> Messages<'a> {
         self.bag
             .messages_of(|topic| wanted.iter().any(|it| it.is_on(topic)), order)
     }
 
-    /// The clock asked for; or the messages' own if all have one that is of use, else the recorder's, and why. With the stamps that were seen.
+    /// The requested clock. Without a request, the messages' own if all have usable stamps, else the recorder's with the reason. Also
+    /// returns the stamps that were seen.
     fn chosen(&self, wanted: &[RequestedSignal]) -> Result<(Clock, Option<String>, Vec<Stamps>)> {
         let without = wanted.iter().find(|it| !it.has_stamp);
         match (self.clock, without) {
             (Some(Clock::Header), Some(wanted)) => Err(SourceError::Request(format!(
-                "{}: messages of type {} carry no stamp; {} takes the recorder's for all",
+                "{}: messages of type {} have no stamp; use {} for the recorder's time on all \
+                 signals",
                 wanted.topic,
                 wanted.type_name,
                 setting("stamp", "log")
@@ -111,10 +114,10 @@ impl BagSource {
     }
 }
 
-/// Hands the messages to `take` until it returns false; returns why no more of them can be read.
+/// Passes the messages to `take` until it returns false; returns why no more of them can be read.
 ///
 /// # Errors
-/// Those of `take`.
+/// Errors of `take`.
 pub fn each_message(
     mut messages: Messages<'_>,
     progress: &dyn Fn(u64),
@@ -151,7 +154,7 @@ impl Source for BagSource {
         Some(&self.bag)
     }
 
-    /// File by file as they lie.
+    /// Reads file by file in their stored order.
     fn read(
         &self,
         requests: &[Request],
@@ -202,10 +205,10 @@ impl Source for BagSource {
         match (unfit, reason) {
             (_, Some(reason)) => reading
                 .notes
-                .push(format!("{reason}; so the recorder's time is taken for all")),
+                .push(format!("{reason}, so the recorder's time is used for all")),
             (Some(reason), None) if clock == Clock::Header => {
                 return Err(SourceError::Data(format!(
-                    "{reason}; {} takes the recorder's time for all",
+                    "{reason}; {} uses the recorder's time for all",
                     setting("stamp", "log")
                 )));
             }
@@ -231,20 +234,20 @@ impl Source for BagSource {
     }
 }
 
-/// A signal, and the topic that has it.
+/// A signal and its topic.
 struct RequestedSignal {
     signal: Signal,
     topic: String,
     type_name: String,
     path: FieldPath,
     role: Role,
-    /// The publisher that is chosen of several, counted from 1.
+    /// The chosen publisher if there are several, counted from 1.
     publisher: Option<usize>,
     has_stamp: bool,
 }
 
 impl RequestedSignal {
-    /// Whether the signal is in the messages of this topic. Another type's on the same topic are other messages.
+    /// Whether the messages of this topic contain the signal. Messages of another type on the same topic are other messages.
     fn is_on(&self, topic: &Topic) -> bool {
         topic.name == self.topic && topic.kind.type_name == self.type_name
     }
@@ -270,7 +273,7 @@ impl RequestedSignal {
         };
         if found.iter().any(|it| it.name != topic.name) {
             return Err(SourceError::Request(format!(
-                "{signal}: several topics are meant: {}; write one in full",
+                "{signal}: several topics match: {}; write one in full",
                 sorted(found.iter().map(|it| it.name.as_str()))
             )));
         }
@@ -292,8 +295,8 @@ impl RequestedSignal {
                 None => path.with(Step::Index(0)),
             };
             return Err(SourceError::Request(format!(
-                "{signal}: it is a list of {}numbers, one for each '{names}' ({}); name one by its name or index, as \
-                 {}:{example}",
+                "{signal}: the field is a list of {}numbers, one for each '{names}' ({}); name \
+                 one by its name or index, as {}:{example}",
                 count.map_or_else(String::new, |count| format!("{count} ")),
                 sorted(known.iter().map(String::as_str)),
                 signal.topic()
@@ -321,7 +324,7 @@ impl RequestedSignal {
     }
 }
 
-/// How many numbers the first message of a topic that can be read holds.
+/// The number of numbers in the first readable message of a topic.
 fn first_count(bag: &BagReader, topic: &str, decoder: &Decoder) -> Option<usize> {
     let mut values = Values::default();
     let mut messages = bag
@@ -331,8 +334,8 @@ fn first_count(bag: &BagReader, topic: &str, decoder: &Decoder) -> Option<usize>
     first.map(|_| values.list(0).len())
 }
 
-/// The names of the elements of a list in the first messages of a topic, which need not all have the same: up to the message
-/// that has the one looked for.
+/// The names of a list's elements in the first messages of a topic, which may differ from message to message; stops at the message that
+/// contains the name sought.
 fn names_in(
     bag: &BagReader,
     topic: &str,
@@ -365,8 +368,8 @@ fn names_in(
     known
 }
 
-/// The numbers at `paths` of the messages of a topic, those of lists whose elements say what they are by these names: `transforms[base_link]`
-/// in place of `transforms[0]`.
+/// The numbers at `paths` in a topic's messages; elements of lists are selected by these names: `transforms[base_link]` instead of
+/// `transforms[0]`.
 #[must_use]
 pub fn by_name(
     bag: &BagReader,
@@ -397,7 +400,7 @@ pub fn by_name(
     named
 }
 
-/// Names without the frames around them where they are not needed to tell them apart; none where one has no name.
+/// Names without their frames where these are not needed to distinguish them; empty if an element has no name.
 fn short_names(names: &[String]) -> Vec<String> {
     let last = |name: &String| name.rsplit("->").next().unwrap_or_default().to_owned();
     let short = names.iter().map(|name| {
@@ -422,7 +425,7 @@ fn similar_signal(bag: &BagReader, signal: &Signal) -> String {
     did_you_mean(signal.topic(), ends)
 }
 
-/// The names of a bag's topics, the first of many.
+/// The names of a bag's topics; only the first if there are many.
 #[must_use]
 pub fn topics(bag: &BagReader) -> String {
     let names = sorted(bag.topics().iter().map(|it| it.topic.name.as_str()));
@@ -432,7 +435,7 @@ pub fn topics(bag: &BagReader) -> String {
     }
 }
 
-/// The first names of many, in order.
+/// The first of many names, in order.
 fn sorted<'a>(names: impl Iterator<Item = &'a str>) -> String {
     let mut names: Vec<&str> = names.collect();
     names.sort_unstable();
@@ -443,15 +446,15 @@ fn sorted<'a>(names: impl Iterator<Item = &'a str>) -> String {
     }
 }
 
-/// How the messages of the wanted topics are read, and what was seen of them.
+/// How the messages of the wanted topics are read, and the findings so far.
 struct Plans<'w> {
     bag: &'w BagReader,
     wanted: &'w [RequestedSignal],
     clock: Clock,
     list: Vec<Plan>,
-    /// By topic; the plans of its files share it.
+    /// By topic, shared by the plans of its files.
     stamps: Vec<Stamps>,
-    /// By topic likewise.
+    /// By topic, shared likewise.
     publishers: Vec<Publishers>,
     /// By signal.
     identities: Vec<Identity>,
@@ -475,7 +478,7 @@ impl<'w> Plans<'w> {
         }
     }
 
-    /// Reads a message; returns whether more is wanted.
+    /// Reads a message; returns whether more are wanted.
     fn read(&mut self, message: &Message, take: &mut Take<'_>) -> Result<bool> {
         let known = self.list.iter();
         let mut known = known.map(|it| &it.topic);
@@ -504,14 +507,14 @@ impl<'w> Plans<'w> {
     }
 }
 
-/// What is seen of the messages of a topic.
+/// The findings about the messages of a topic.
 struct TopicMessages<'a> {
     stamps: &'a mut Stamps,
     identities: &'a mut [Identity],
     senders: &'a mut [Senders],
 }
 
-/// So many messages are looked at for what their numbers are of, and every so many after them: publishers seldom take turns by seven.
+/// The names of all of this many first messages are examined, then of every n-th one: publishers seldom alternate with a period of seven.
 const LOOKED_AT: u64 = 4096;
 const LOOK_EVERY: u64 = 7;
 
@@ -519,10 +522,10 @@ const LOOK_EVERY: u64 = 7;
 struct Plan {
     topic: Arc<Topic>,
     decoder: Decoder,
-    /// The same, with what the numbers are of.
+    /// The same, with the names of the things that the numbers describe.
     of_identities: Decoder,
     values: Values,
-    /// The place of the topic's stamps.
+    /// Index of the topic's stamps.
     stamps: usize,
     /// The signals on this topic, in the order of the decoder's paths; seconds and nanoseconds follow.
     signals: Vec<(usize, Role, Option<usize>)>,
@@ -563,7 +566,7 @@ impl Plan {
         })
     }
 
-    /// Returns whether more is wanted.
+    /// Returns whether more are wanted.
     fn read(
         &mut self,
         message: &Message,
@@ -594,7 +597,7 @@ impl Plan {
             Clock::Header => own,
         };
         let Some(stamp) = stamp else {
-            self.refuse("its stamp is out of range".to_owned());
+            self.refuse("the stamp is out of range".to_owned());
             return true;
         };
         let mut more = true;
@@ -621,10 +624,10 @@ impl Plan {
         self.refused += 1;
     }
 
-    /// Tells of messages that could not be read.
+    /// Notes messages that could not be read.
     ///
     /// # Errors
-    /// When none could.
+    /// If no message could be read.
     fn judge(&self, reading: &mut Reading) -> Result<()> {
         if self.refused == 0 {
             return Ok(());
@@ -641,7 +644,7 @@ impl Plan {
     }
 }
 
-/// The value of a number or list in a role.
+/// The value of a number or list for a role.
 fn number(list: &[f64], role: Role) -> Option<f64> {
     match role {
         Role::Input => Input::through(list).map(|input| input.mean),

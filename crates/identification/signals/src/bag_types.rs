@@ -1,15 +1,15 @@
-//! The type of a topic's messages: by the definition that the bag holds, else by those that are known.
+//! The type of a topic's messages: from the definition in the bag, else from the known definitions.
 
 use planesman_bag::{BagReader, Order, Topic};
 use planesman_decode::{Decoder, Types, json, message_types, schema};
 
 use crate::error::{Result, SourceError};
 
-/// The types a topic's schema defines. Where the bag holds none, those that are built in, or installed below `AMENT_PREFIX_PATH`, of which the
-/// topic's first message is to its end.
+/// The types that a topic's schema defines. If the bag has no definition, uses a built-in one or one installed below `AMENT_PREFIX_PATH`,
+/// if the topic's first message matches it to the end.
 ///
 /// # Errors
-/// A line naming the topic, when its messages are not CDR, its schema cannot be read, or its type is not known.
+/// One line that names the topic, if its messages are not CDR, its schema cannot be read, or its type is not known.
 pub fn types(bag: &BagReader, topic: &Topic) -> Result<Types> {
     let (name, kind) = (&topic.name, &topic.kind);
     let refuse = |reason: String| {
@@ -35,8 +35,8 @@ pub fn types(bag: &BagReader, topic: &Topic) -> Result<Types> {
     }
     if kind.type_name.is_empty() {
         return refuse(
-            "the file names no type for this topic and holds no definition, so its bytes cannot be read; record it anew, or write the \
-             channel's schema with the 'mcap' library"
+            "the file has neither type nor definition for this topic, so its bytes cannot be \
+             read; record it again, or write the channel's schema with the 'mcap' library"
                 .to_owned(),
         );
     }
@@ -66,25 +66,28 @@ pub fn types(bag: &BagReader, topic: &Topic) -> Result<Types> {
     };
     refuse(match are_there {
         true => format!(
-            "{none}, and its messages are not those of the {type_name} that is known here: it is of another version; {RECIPE}"
+            "{none}, and its messages do not match the {type_name} known here: they are of \
+             another version; {RECIPE}"
         ),
-        false => format!("{none}, which is no standard type; {RECIPE}"),
+        false => format!("{none}, and it is not a standard type; {RECIPE}"),
     })
 }
 
-/// JSON objects of a topic whose members are looked at.
+/// JSON objects of a topic whose members are examined.
 const OBJECTS: usize = 20;
 
-/// How one has a definition read that is not in the bag.
-const RECIPE: &str = "source the workspace that defines it (its prefix in AMENT_PREFIX_PATH) and run this again, or convert the bag \
-                      there with 'ros2 bag convert' to mcap, which adds it";
+/// How a user makes a definition available that is not in the bag.
+const RECIPE: &str = "source the workspace that defines it (its prefix in AMENT_PREFIX_PATH) and \
+                      run this again, or convert the bag there with 'ros2 bag convert' to mcap, \
+                      which adds it";
 
-/// What makes the messages of a topic readable that are encoded so.
+/// What makes messages with such an encoding readable.
 fn remedy(bag: &BagReader, topic: &Topic) -> String {
     let (file, name) = (bag.path().display(), &topic.name);
     match topic.kind.message_encoding.as_str() {
         "ros1" => format!(
-            "'rosbags-convert --src {file} --dst NEW --dst-storage mcap' (of PyPI's rosbags) makes a bag of ROS 2 of the .bag file"
+            "'rosbags-convert --src {file} --dst NEW --dst-storage mcap' (of PyPI's rosbags) \
+             converts the .bag file to a ROS 2 bag"
         ),
         "protobuf" => format!(
             "write a CSV file of it: python -c \"from mcap.reader import make_reader; from mcap_protobuf.decoder import DecoderFactory; print('t,x', \
@@ -95,7 +98,7 @@ fn remedy(bag: &BagReader, topic: &Topic) -> String {
     }
 }
 
-/// A reason that quotes what a file says, which may be long.
+/// Shortens a reason that quotes text from a file.
 fn brief(reason: String) -> String {
     const LONGEST: usize = 300;
     match reason.char_indices().nth(LONGEST) {

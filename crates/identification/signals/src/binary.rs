@@ -1,6 +1,6 @@
-//! Numbers in the binary messages of logs, by letters as Python's `struct` has them, little-endian.
+//! Numbers in binary log messages, little-endian, by the letters of Python's `struct`.
 
-/// The bytes of a number.
+/// The size of a number, bytes.
 pub(crate) fn size(letter: u8) -> Option<usize> {
     Some(match letter {
         b'b' | b'B' | b'c' | b'?' => 1,
@@ -11,7 +11,7 @@ pub(crate) fn size(letter: u8) -> Option<usize> {
     })
 }
 
-/// The number that the bytes begin with; `None` if they end before it.
+/// The number at the beginning of the bytes; `None` if they end before it.
 pub(crate) fn number(letter: u8, bytes: &[u8]) -> Option<f64> {
     macro_rules! of {
         ($number:ty) => {

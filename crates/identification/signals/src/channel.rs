@@ -8,64 +8,64 @@ use serde::Serialize;
 use crate::mixture::Mixture;
 use crate::unwrap::{Unwrap, Unwrapper};
 
-/// The share of samples with a stamp that came before that is refused. Messages that are recorded twice are half of all.
+/// The share of repeated stamps from which a signal is refused. If every message is recorded twice, half of them are repeats.
 const MOSTLY_REPEATED: f64 = 0.8;
 
-/// The share of samples in wrong order that is refused.
+/// The share of samples out of order from which a signal is refused.
 const MOSTLY_LATE: f64 = 0.5;
 
-/// One signal of a record, and how it came onto the grid.
+/// One signal of a record, and how it was resampled.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Channel {
-    /// The signal, as it was asked for: `TOPIC:FIELD`, or a CSV column.
+    /// The requested name: `TOPIC:FIELD`, or a CSV column.
     pub name: String,
-    /// How its samples were put on the grid.
+    /// How the samples were resampled to the grid.
     pub method: Method,
-    /// How its samples lay in time before.
+    /// Timing of the samples before resampling.
     pub timing: Timing,
-    /// The longest time for which a sample of an input was held, s; 0 if that was neither beyond five of its median intervals (or two and
-    /// a half of the grid) nor beyond a hundred of the grid.
+    /// The longest time for which a sample of an input was held, s. Zero if this was not beyond five of its median intervals (or two and a
+    /// half of the grid) nor beyond a hundred of the grid.
     pub held: f64,
-    /// What was done to its samples before.
+    /// Changes made to the samples before resampling.
     pub changes: Vec<Change>,
-    /// What speaks for two things in turns, if something does.
+    /// Evidence that two sources alternate in the signal, if any.
     pub mixture: Option<Mixture>,
 }
 
-/// What is done to the samples of a signal before they go onto a grid.
+/// A change to the samples of a signal before resampling.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Change {
-    /// They came in bursts, and are spread evenly over the time that they stand for.
+    /// The samples came in bursts, and are spread evenly over the time they represent.
     Spread {
-        /// Samples of a burst, on the mean.
+        /// Mean number of samples in a burst.
         samples: f64,
         /// From burst to burst, s.
         period: f64,
-        /// Those of a burst have one stamp, as of a clock of whole seconds; else they were received at once.
+        /// Whether the samples of a burst share one stamp, as with a clock of whole seconds; otherwise they were received at once.
         share_a_stamp: bool,
     },
-    /// Their stamps are in steps nearly as long as the time between samples, and are spread evenly within them.
+    /// The stamps' resolution is nearly as long as the time between samples; they are spread evenly within it.
     Rounded {
         /// s
         step: f64,
     },
-    /// A slow sensor's samples are repeated until the next: repeats are left out.
+    /// Each sample of a slow sensor is repeated until the next: repeats are left out.
     RepeatsLeftOut {
-        /// Rows for each sample of the sensor, on the mean.
+        /// Mean number of rows for each sample of the sensor.
         rows: f64,
     },
     /// An angle or counter that wraps is unwrapped.
     Unwrapped {
         /// Its period.
         period: f64,
-        /// How often it wrapped.
+        /// Number of wraps.
         wraps: u64,
     },
 }
 
 impl Change {
-    /// What an unwrapper has done, if its values wrapped.
+    /// The change made by an unwrapper, if its values wrapped.
     pub(crate) fn of(unwrapper: &Unwrapper) -> Option<Self> {
         let wraps = unwrapper.wraps;
         let change = |period| Self::Unwrapped { period, wraps };
@@ -99,12 +99,12 @@ impl fmt::Display for Change {
             }
             Self::RepeatsLeftOut { rows } => write!(
                 f,
-                "a new value every {} rows only: repeats are left out",
+                "a new value only every {} rows: repeats are left out",
                 (10.0 * rows).round() / 10.0
             ),
             Self::Unwrapped { period, wraps } => write!(
                 f,
-                "wraps {wraps} times: unwrapped by {} ({} takes it as it is)",
+                "wraps {wraps} times: unwrapped by {} ({} uses it as it is)",
                 Unwrap::Period(period),
                 setting("unwrap", "no")
             ),
@@ -130,7 +130,7 @@ impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Mean => "mean over the interval",
-            Self::Foh => "mean over the interval of straight lines",
+            Self::Foh => "mean over the interval, linear between samples",
             Self::Linear => "linear interpolation",
             Self::Hold => "latest held",
             Self::Centred => "mean about the instant",
@@ -138,7 +138,7 @@ impl fmt::Display for Method {
     }
 }
 
-/// The samples of one signal, or the messages of one topic, as they lay in time.
+/// Timing of the samples of one signal, or of the messages of one topic.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Timing {
     /// Samples taken.
@@ -147,19 +147,19 @@ pub struct Timing {
     pub span: Option<(i64, i64)>,
     /// The median interval between neighbours, s; 0 with fewer than two samples.
     pub interval: f64,
-    /// Half the range that holds nine of ten intervals, s: what is left when gaps are set aside.
+    /// Half the range of the middle nine tenths of the intervals, s, so that gaps do not count.
     pub jitter: f64,
-    /// Intervals of more than one and a half medians.
+    /// Number of intervals above one and a half medians.
     pub gaps: u64,
     /// The longest interval, s.
     pub longest: f64,
-    /// Samples whose stamp had come before; the later one counts.
+    /// Samples whose stamp occurred before; the later one counts.
     pub duplicates: u64,
-    /// Samples older than one before them, by more than could be put in order; left out.
+    /// Samples older than an earlier one by more than can be sorted; left out.
     pub late: u64,
-    /// Samples that are NaN, infinite or beyond reason; left out.
+    /// Samples that are NaN, infinite or implausibly large; left out.
     pub not_finite: u64,
-    /// Messages without the element asked for, as a list that is too short; left out.
+    /// Messages without the requested element, for example with a list that is too short; left out.
     pub absent: u64,
 }
 
@@ -174,13 +174,14 @@ impl Timing {
         }
     }
 
-    /// Why the stamps of a signal, topic or table of so many samples tell no times, with what helps.
+    /// Why the stamps of a signal, topic or table with this many samples give no times, and the remedy.
     #[must_use]
     pub fn refusal(&self, all: u64) -> Option<String> {
         if self.duplicates as f64 > MOSTLY_REPEATED * all as f64 {
             return Some(format!(
-                "{} of {all} samples have the stamp of another, so their times are not known: name the interval between \
-                 the rows of a table ({}) or another column ({}), and of a bag the recorder's time ({})",
+                "{} of {all} samples share a stamp with another, so their times are not known: \
+                 give the interval between the rows of a table ({}) or another column ({}), and \
+                 for a bag the recorder's time ({})",
                 self.duplicates,
                 setting("sample_time", "SECONDS"),
                 option("time"),
@@ -189,8 +190,8 @@ impl Timing {
         }
         (self.late as f64 > MOSTLY_LATE * all as f64).then(|| {
             format!(
-                "{} of {all} samples are stamped before those in front of them: sort them by time, or name another \
-                 time: {} of a table, {} of a bag",
+                "{} of {all} samples have earlier stamps than samples before them: sort them by \
+                 time, or choose another time: {} for a table, {} for a bag",
                 self.late,
                 setting("time", "COLUMN"),
                 setting("stamp", "log")
@@ -198,7 +199,7 @@ impl Timing {
         })
     }
 
-    /// Of these samples and others, from elsewhere: counts together, the worse of either.
+    /// Combines this timing with another: counts are added, the worse of the other values is kept.
     #[must_use]
     pub fn joined(&self, other: &Self) -> Self {
         Self {
@@ -216,7 +217,7 @@ impl Timing {
     }
 }
 
-/// A rate to three decimals, a slow one to its digits.
+/// A rate with three decimals, or all significant digits if it is slow.
 #[must_use]
 pub fn hertz(rate: f64) -> String {
     match rate < 1.0 {

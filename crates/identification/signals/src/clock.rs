@@ -1,40 +1,41 @@
-//! One time that goes on, from the stamps of clocks that wrap, are set back or begin anew.
+//! Makes a continuous time from the stamps of clocks that wrap, are set back or restart.
 //!
-//! A stamp behind the newest of its signal is a straggler, or the clock went back. Stragglers fill holes that they left; samples
-//! of a clock that went back follow each other where samples have been already. So a few are kept until that is clear.
+//! A stamp behind the newest of its signal is either a late sample, or the clock went back. Late samples fill holes that they left; samples
+//! of a clock that went back are consecutive where samples already are. So a few are stored until that is clear.
 //!
-//! - **A wrap** is known by its period ([`COUNTERS`], [`CALENDAR`]): the stamps before it end there, those behind it begin at 0. The time goes on.
-//! - **Else** nobody knows how long the time between was: the stamps go on a little later, and a new segment begins.
+//! - **A wrap** is recognised by its period ([`COUNTERS`], [`CALENDAR`]): the stamps before it reach the period, those after it begin at 0.
+//!   The time continues.
+//! - **Otherwise** the length of the interruption is unknown: the stamps continue a little later, and a new segment begins.
 //!
-//! All signals of a record have one clock. Where the first has gone back, the others are expected to.
+//! All signals of a record share one clock. When the first signal has gone back, the others are expected to follow.
 
 use std::collections::VecDeque;
 
 use crate::quantile::median;
 use crate::resample::ORDER;
 
-/// Stamps kept of each signal, to know where samples have been.
+/// Stamps stored for each signal, to know where samples have been.
 const RECENT: usize = 256;
 
-/// Samples in a row behind the newest after which the clock has gone back.
+/// Consecutive samples behind the newest that show that the clock has gone back.
 const BEHIND: usize = 8;
 
-/// Of a clock that is set back by less, the samples until it is where it was.
+/// The number of such samples if the clock is set back by less than that, until it has caught up.
 const BEHIND_BRIEFLY: usize = 3;
 
-/// A hole is an interval of so many medians.
+/// An interval of this many medians is a hole.
 const HOLE: f64 = 1.6;
 
-/// So many median intervals before and behind a wrap are none but its own.
+/// Gaps up to this many median intervals before and after a wrap belong to the wrap.
 const AT_WRAP: f64 = 4.0;
 
-/// The time between two segments of which nobody knows it: at least so many ns, and so many intervals.
+/// The assumed time between two segments with unknown distance: at least this many ns, and this many intervals.
 const PAUSE: f64 = 1e9;
 const SHORTEST_PAUSE: f64 = 10.0;
 
 const SECOND: i64 = 1_000_000_000;
 
-/// A stamp so far ahead, ns, is believed when so many came in order.
+/// A stamp this far ahead, ns, is accepted after this many samples in order.
 const FAR: i64 = 10 * SECOND;
 const AHEAD: usize = 4;
 
@@ -47,7 +48,7 @@ const COUNTERS: [(i64, &str); 5] = [
     (1 << 32, "2^32 ns"),
 ];
 
-/// Periods of the calendar likewise. A run may last as long: it is a wrap where the record did not begin at 0.
+/// Periods of the calendar, ns, with their names. A run may last as long as this, so it is a wrap only if the record did not begin at 0.
 const CALENDAR: [(i64, &str); 5] = [
     (604_800 * SECOND, "a week"),
     (86_400 * SECOND, "a day"),
@@ -56,40 +57,40 @@ const CALENDAR: [(i64, &str); 5] = [
     (60 * SECOND, "a minute"),
 ];
 
-/// Returns that are told one by one.
+/// Number of returns that are reported individually.
 const TOLD: usize = 3;
 
-/// What becomes of a sample's stamp.
+/// The corrected stamp of a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Followed {
-    /// A sample of a signal, on the time that goes on.
+    /// A sample of a signal on the continuous time.
     Sample(usize, i64, Option<f64>),
-    /// Nothing is known of the signal between its last sample and its next.
+    /// The signal is unknown between its last sample and its next.
     Break(usize),
 }
 
-/// The clock that went back.
+/// A return of the clock to an earlier time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Return {
-    /// The newest stamp before, and the first behind, ns.
+    /// The newest stamp before the return, and the first after it, ns.
     from: i64,
     to: i64,
-    /// What is added to the stamps from there, ns.
+    /// The offset added to the stamps from there on, ns.
     offset: i64,
     /// The name of its period, if it wrapped.
     wrap: Option<&'static str>,
-    /// The newest stamp since, of any signal.
+    /// The newest stamp since the return, over all signals.
     newest: i64,
 }
 
-/// Follows the clock of a record's signals.
+/// Corrects the clock of a record's signals.
 #[derive(Clone, Debug)]
 pub(crate) struct ClockFollower {
     signals: Vec<SignalClock>,
     returns: Vec<Return>,
-    /// The newest stamp of any signal on the time that goes on.
+    /// The newest stamp of any signal on the continuous time.
     newest: Option<i64>,
-    /// Samples whose stamps were far ahead of those around them.
+    /// Samples whose stamps were far ahead of their neighbours'.
     left_out: u64,
 }
 
@@ -100,11 +101,11 @@ struct SignalClock {
     returns: usize,
     /// The first since then.
     first: Option<i64>,
-    /// The latest on its own clock, in order, with their values.
+    /// The latest stamps on the signal's own clock, in order, with their values.
     recent: VecDeque<(i64, f64)>,
-    /// Behind the newest, in the order in which they came.
+    /// Samples behind the newest, in the order of arrival.
     behind: Vec<(i64, f64)>,
-    /// So far ahead of the newest that they may be damage, in the order in which they came.
+    /// Samples so far ahead of the newest that they may be damaged, in the order of arrival.
     ahead: Vec<(i64, f64)>,
 }
 
@@ -130,7 +131,7 @@ impl SignalClock {
         self.recent.push_back((stamp, value));
     }
 
-    /// Whether samples have been about that stamp already: it fills no hole.
+    /// Whether there are already samples near that stamp, so that it fills no hole.
     fn is_covered(&self, stamp: i64, interval: f64) -> bool {
         let place = self.recent.partition_point(|it| it.0 <= stamp);
         match (place.checked_sub(1), self.recent.get(place)) {
@@ -147,7 +148,7 @@ impl SignalClock {
         }
     }
 
-    /// Whether what is behind says that the clock has gone back; `next` is the sample in front, if one has come.
+    /// Whether the samples behind show that the clock has gone back; `next` is the sample in front, if one has come.
     fn has_gone_back(&self, next: Option<i64>) -> bool {
         let interval = self.interval();
         let rises = self.behind.windows(2).all(|pair| pair[0].0 < pair[1].0);
@@ -181,7 +182,7 @@ impl ClockFollower {
         }
     }
 
-    /// Takes a sample, and gives out what is clear.
+    /// Takes a sample, and passes on those that are settled.
     pub(crate) fn take(
         &mut self,
         signal: usize,
@@ -214,7 +215,7 @@ impl ClockFollower {
         }
     }
 
-    /// A sample that is not behind: one that is far ahead waits for the next ones, which tell whether the time has gone there.
+    /// Takes a sample that is not behind. One that is far ahead waits for the next ones, which show whether time has jumped there.
     fn go_on(&mut self, signal: usize, stamp: i64, value: f64, give: &mut dyn FnMut(Followed)) {
         let stamps = &mut self.signals[signal];
         let newest = stamps.newest();
@@ -243,7 +244,7 @@ impl ClockFollower {
         }
     }
 
-    /// Gives out what is left.
+    /// Passes on the remaining samples.
     pub(crate) fn finish(&mut self, give: &mut dyn FnMut(Followed)) {
         for signal in 0..self.signals.len() {
             self.give_out_ahead(signal, give);
@@ -256,16 +257,16 @@ impl ClockFollower {
         !self.returns.is_empty()
     }
 
-    /// What has become of the clock, for people.
+    /// The findings about the clock, for people.
     pub(crate) fn notes(&self) -> Vec<String> {
         let seconds = |stamp: i64| stamp as f64 * 1e-9;
         let told = self.returns.iter().take(TOLD).map(|it| match it.wrap {
             Some(period) => format!(
-                "the clock wraps at {:.3} s ({period}): its time goes on",
+                "the clock wraps at {:.3} s ({period}): its time continues",
                 seconds(it.from)
             ),
             None => format!(
-                "the clock goes back from {:.3} to {:.3} s: what follows is a segment of its own",
+                "the clock goes back from {:.3} to {:.3} s: a new segment begins there",
                 seconds(it.from),
                 seconds(it.to)
             ),
@@ -277,14 +278,14 @@ impl ClockFollower {
         }
         if self.left_out > 0 {
             notes.push(format!(
-                "{} samples have stamps far ahead of those around them, and are left out",
+                "{} samples have stamps far ahead of their neighbours, and are left out",
                 self.left_out
             ));
         }
         notes
     }
 
-    /// Whether a sample is of the clock that has gone back for another signal already.
+    /// Whether a sample has the new time of a clock that has already gone back for another signal.
     fn is_of_next(&self, signal: usize, stamp: i64) -> bool {
         let stamps = &self.signals[signal];
         let Some(next) = self.returns.get(stamps.returns) else {
@@ -295,7 +296,7 @@ impl ClockFollower {
             || distance(next.newest) < distance(next.from)
     }
 
-    /// Decides what the samples behind the newest are.
+    /// Decides whether the samples behind the newest are late or the clock went back.
     fn settle(&mut self, signal: usize, next: Option<i64>, give: &mut dyn FnMut(Followed)) {
         let stamps = &mut self.signals[signal];
         if let Some((first, _)) = stamps.behind.first().copied()
@@ -310,7 +311,7 @@ impl ClockFollower {
         }
     }
 
-    /// The clock of the signal has gone back, and what is behind is of its new time.
+    /// Handles the return of the signal's clock; the samples behind have its new time.
     fn go_back(&mut self, signal: usize, first: i64, give: &mut dyn FnMut(Followed)) {
         let stamps = &self.signals[signal];
         let newest = stamps.newest().unwrap_or(first);
@@ -384,7 +385,7 @@ impl ClockFollower {
             .map_or(0, |it| self.returns[it].offset)
     }
 
-    /// A sample in front.
+    /// Takes a sample that is in front.
     fn pass(&mut self, signal: usize, stamp: i64, value: f64, give: &mut dyn FnMut(Followed)) {
         let returns = self.signals[signal].returns;
         if let Some(last) = returns

@@ -1,4 +1,4 @@
-//! Samples from columns in memory: lists of numbers of one length, one of them the time, or rows at a known interval.
+//! Samples from columns in memory: lists of numbers of the same length, one of them the time, or rows at a known interval.
 
 use planesman_text::did_you_mean;
 
@@ -16,27 +16,27 @@ pub struct ColumnSource {
     time: Time,
 }
 
-/// Where the time of a row stands.
+/// Where a row's time comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Time {
     /// In a column, in this unit.
     Column(usize, JudgedUnit),
-    /// Nowhere: so many ns are from row to row.
+    /// From the row's number, with this many ns from row to row.
     Rows(f64),
 }
 
 impl ColumnSource {
-    /// Takes columns by name, and finds their time: the interval or column that is named, else a column whose name says so
-    /// (`time`, `t`, `stamp`). NaN is a sample that is not there.
+    /// Takes columns by name, and finds their time: the given interval or column, else a column with a usual name (`time`, `t`, `stamp`).
+    /// NaN is a missing sample.
     ///
     /// # Errors
-    /// A line: columns of different lengths, no such column, columns without a time.
+    /// One line, if columns have different lengths, a column does not exist, or no time is found.
     pub fn new(columns: Vec<(String, Vec<f64>)>, time: &TableTime) -> Result<Self> {
         if let [(first, numbers), others @ ..] = &columns[..]
             && let Some((other, more)) = others.iter().find(|(_, it)| it.len() != numbers.len())
         {
             return Err(SourceError::Request(format!(
-                "'{first}' has {} numbers, '{other}' {}: all columns must be of one length",
+                "'{first}' has {} numbers, '{other}' {}: all columns must have the same length",
                 numbers.len(),
                 more.len()
             )));
@@ -51,9 +51,11 @@ impl ColumnSource {
             (None, None) => {
                 let names = source.columns.iter().map(|(name, _)| name.as_str());
                 let found = time_unit::column(names).ok_or_else(|| {
-                    SourceError::Request(format!("no column is the time: none is named {}; give the interval between rows (sample_time), or name it \
-                         (time)",
-                        time_unit::NAMES[..4].join(", ")))
+                    SourceError::Request(format!(
+                        "no column is the time: none has the name {}; \
+                         give the interval between rows (sample_time), or the column's name (time)",
+                        time_unit::NAMES[..4].join(", ")
+                    ))
                 })?;
                 source.time_in(found, time.unit)
             }
@@ -96,7 +98,7 @@ impl Source for ColumnSource {
         }
     }
 
-    /// All columns beside the time.
+    /// All columns except the time.
     fn topics(&self) -> Vec<SourceTopic> {
         let names = self.columns.iter().enumerate();
         let others =

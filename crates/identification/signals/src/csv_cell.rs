@@ -3,10 +3,10 @@
 use crate::time_unit::TimeUnit;
 use crate::unit_name::is_unit;
 
-/// The longest unit behind a number, bytes.
+/// The longest unit after a number, bytes.
 const LONGEST_UNIT: usize = 16;
 
-/// Words for a number that is not there, as loggers and pandas write them.
+/// Words for a missing number in loggers and pandas.
 const MISSING: [&str; 14] = [
     "",
     "-",
@@ -24,13 +24,13 @@ const MISSING: [&str; 14] = [
     "missing",
 ];
 
-/// Whether a cell says that there is no number.
+/// Whether a cell says that the number is missing.
 pub(crate) fn is_missing(cell: &str) -> bool {
     MISSING.iter().any(|it| it.eq_ignore_ascii_case(cell))
 }
 
-/// The number a cell holds. One comma in it is a decimal comma: cells parted by commas have none. Where thousands are grouped,
-/// the last sign is the decimal one. `true` and `on` are 1, `false` and `off` 0.
+/// The number in a cell. A single comma is a decimal comma: cells separated by commas have none. If thousands are grouped, the last
+/// separator is the decimal one. `true` and `on` are 1, `false` and `off` 0.
 pub(crate) fn number(cell: &str) -> Option<f64> {
     if let Ok(number) = cell.parse() {
         return Some(number);
@@ -43,8 +43,8 @@ pub(crate) fn number(cell: &str) -> Option<f64> {
     }
 }
 
-/// A number with its unit behind it, which is a known one: `19.95 °C`, `20%`. Without a blank between them, letters that may be hexadecimal
-/// digits (`1A`) are a unit only behind a fraction.
+/// A number followed by a known unit: `19.95 °C`, `20%`. Without a blank between them, letters that may be hexadecimal digits (`1A`) are a
+/// unit only after a fraction.
 pub(crate) fn quantity(cell: &str) -> Option<(f64, &str)> {
     if !cell.starts_with(|it: char| it.is_ascii_digit() || "+-.,".contains(it)) {
         return None;
@@ -68,7 +68,7 @@ pub(crate) fn quantity(cell: &str) -> Option<(f64, &str)> {
     is_its.then_some((number(bare)?, word))
 }
 
-/// The number a cell holds, with a unit behind it or not.
+/// The number in a cell, with or without a unit.
 pub(crate) fn value(cell: &str) -> Option<f64> {
     number(cell).or_else(|| Some(quantity(cell)?.0))
 }
@@ -120,8 +120,8 @@ fn written(cell: &str) -> Option<f64> {
         .ok()
 }
 
-/// A decimal number of time units in nanoseconds, exactly where it is written with digits and a point; 64-bit
-/// floating point cannot hold the nanoseconds of a date.
+/// A decimal number of time units in nanoseconds, exact if it is written with digits and a point; 64-bit floating point cannot represent
+/// the nanoseconds of a date.
 pub(crate) fn decimal(text: &str, unit: TimeUnit) -> Option<i64> {
     let (negative, digits) = match text.strip_prefix('-') {
         Some(digits) => (true, digits),

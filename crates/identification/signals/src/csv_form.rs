@@ -1,10 +1,10 @@
-//! How a table is written: what parts its cells, where it begins, where the names stand, what is a comment.
+//! The form of a table: its delimiter, its first row, its names and its comments.
 //!
-//! - Cells are parted by tabs, semicolons, commas, bars or blanks: by that which makes the most numbers of the rows.
-//! - The first row is the first line with as many cells as the rows below, and numbers or times where they have them. A text cell
-//!   makes no header of it.
-//! - Names stand in the line before it: of a comment (`#`, `%`), or of words. Below names may stand units. What
-//!   stands before is no part of the table, and is noted.
+//! - Cells are separated by tabs, semicolons, commas, bars or blanks: the delimiter that gives the most numbers is chosen.
+//! - The first row is the first line with as many cells as the rows below, and with numbers or times in the same columns. A text cell does
+//!   not make the line a header.
+//! - Names are in the line before it, either a comment (`#`, `%`) or words. A line of units may follow the names. Earlier lines are not
+//!   part of the table, and are noted.
 //! - Without names the columns are `c1`, `c2` and so on.
 
 use std::collections::BTreeMap;
@@ -20,23 +20,23 @@ use crate::csv_time;
 use crate::time_unit;
 use crate::unit_name::is_unit;
 
-/// The longest line taken, bytes.
+/// The longest accepted line, bytes.
 const LONGEST_LINE: usize = 1 << 20;
 
-/// Comments and empty lines in front of a table at most.
+/// Maximum number of comments and empty lines before a table.
 const PREFACE: usize = 1000;
 
-/// Lines, and bytes of them, from which the form is found.
+/// Lines, and their bytes, from which the form is determined.
 const SAMPLE: usize = 200;
 const SAMPLE_BYTES: usize = 1 << 20;
 
-/// The name of the column of stamps that a terminal puts in front.
+/// The name of the column of stamps that a terminal adds in front.
 const STAMP: &str = "time";
 
-/// Lines of units, and of what was done to the numbers, between names and rows at most.
+/// Maximum number of lines with units or descriptions between names and rows.
 const MOST_UNITS: usize = 3;
 
-/// What parts cells; of two that fit as well the first is taken.
+/// The delimiters; of two that fit equally well the first is used.
 const DELIMITERS: [Delimiter; 5] = [
     Delimiter::Sign(b'\t'),
     Delimiter::Sign(b';'),
@@ -45,7 +45,7 @@ const DELIMITERS: [Delimiter; 5] = [
     Delimiter::Blanks,
 ];
 
-/// What parts the cells of a line.
+/// The separator of a line's cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Delimiter {
     Sign(u8),
@@ -58,17 +58,17 @@ enum Delimiter {
 pub(crate) struct Form {
     delimiter: Delimiter,
     comment: u8,
-    /// How its lines are printed, if they are a microcontroller's.
+    /// The format of lines printed by a microcontroller.
     pub(crate) serial: SerialForm,
-    /// What stands before it of an interval between its rows.
+    /// The lines before it that give an interval between its rows.
     pub(crate) heading: Heading,
     /// Lines before the first row.
     pub(crate) skipped: u64,
     /// The names of the columns.
     pub(crate) columns: Vec<String>,
-    /// The names stand in the file.
+    /// Whether the file has names.
     pub(crate) has_names: bool,
-    /// What was passed over, and whether that is in doubt.
+    /// What was skipped, and whether that is doubtful.
     pub(crate) notes: Vec<String>,
 }
 
@@ -81,10 +81,10 @@ struct Line {
 }
 
 impl Form {
-    /// Finds the form of the table that `input` begins.
+    /// Determines the form of the table at the beginning of `input`.
     ///
     /// # Errors
-    /// When the input cannot be read, or a line is longer than any table's; a sentence when names and rows do not go together.
+    /// If the input cannot be read, or a line is longer than any table's; the inner error is a sentence if names and rows do not match.
     pub(crate) fn of(input: impl Read) -> io::Result<Result<Self, String>> {
         let mut lines = beginning(input)?;
         let given = lines.first().and_then(|it| given_delimiter(&it.text));
@@ -207,9 +207,12 @@ impl Form {
                 true => "without names".to_owned(),
                 false => format!("with the names {}", some(&self.columns)),
             };
-            self.notes.insert(0, format!(
-                "the table begins in line {begins}, {names}; the lines before it are passed over"
-            ));
+            self.notes.insert(
+                0,
+                format!(
+                    "the table begins in line {begins}, {names}; the lines before it are skipped"
+                ),
+            );
         }
         self.tell_apart();
         Ok(self)
@@ -243,7 +246,8 @@ impl Form {
             }
             // As R writes them.
             self.notes.push(format!(
-                "line {line} has one name less than its rows have cells: their first is taken as the row's number"
+                "line {line} has one name fewer than its rows have cells: the first cell is taken \
+                 to be the row's number"
             ));
             names.insert(0, "row".to_owned());
         } else if names.len() < width {
@@ -252,7 +256,7 @@ impl Form {
         Ok(names)
     }
 
-    /// Gives columns of one name their places: `u [c2]`, `u [c4]`.
+    /// Makes equal names unique by their places: `u [c2]`, `u [c4]`.
     fn tell_apart(&mut self) {
         let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
         for name in &self.columns {
@@ -270,7 +274,7 @@ impl Form {
         }
     }
 
-    /// The rows of a table of this form, without what stands before them.
+    /// The rows of a table of this form, without the lines before them.
     pub(crate) fn rows<R: Read>(&self, input: R) -> RowReader<R> {
         let by_blanks = self.delimiter == Delimiter::Blanks;
         RowReader {
@@ -327,7 +331,7 @@ impl<R: Read> RowReader<R> {
     }
 }
 
-/// The first lines that are not empty.
+/// The first non-empty lines.
 fn beginning(input: impl Read) -> io::Result<Vec<Line>> {
     let mut input = BufReader::new(Lines::new(input, false, 0));
     let mut lines: Vec<Line> = Vec::new();
@@ -359,7 +363,7 @@ fn beginning(input: impl Read) -> io::Result<Vec<Line>> {
     Ok(lines)
 }
 
-/// The delimiter that Excel's line `sep=;` names.
+/// The delimiter in Excel's line `sep=;`.
 fn given_delimiter(line: &[u8]) -> Option<u8> {
     let line = line.trim_ascii_start();
     let line = line.strip_prefix(b"\"").unwrap_or(line);
@@ -371,8 +375,9 @@ fn given_delimiter(line: &[u8]) -> Option<u8> {
 
 fn unmatched(line: u64, names: usize, width: usize) -> String {
     format!(
-        "line {line} has {names} names, and the rows below it have {width} cells; give every column a name, or take that line \
-         away (the columns are then c1 to c{width}); where numbers have a decimal comma, the cells must be parted by ';' or tabs"
+        "line {line} has {names} names, and the rows below it have {width} cells; give every \
+         column a name, or delete that line (the columns are then c1 to c{width}); if numbers \
+         have a decimal comma, separate the cells by ';' or tabs"
     )
 }
 
@@ -386,7 +391,7 @@ fn some(names: &[String]) -> String {
     few.collect::<Vec<_>>().join(", ") + more
 }
 
-/// Words parted by blanks as names: a unit in brackets belongs to the name before it.
+/// Words separated by blanks, as names: a unit in brackets belongs to the name before it.
 fn attached(words: Vec<String>, by_blanks: bool) -> Vec<String> {
     if !by_blanks {
         return words;
@@ -401,7 +406,7 @@ fn attached(words: Vec<String>, by_blanks: bool) -> Vec<String> {
     names
 }
 
-/// What a column's cells are.
+/// The kinds of cells in a column.
 #[derive(Clone, Copy, Debug, Default)]
 struct Kind {
     values: usize,
@@ -411,16 +416,16 @@ struct Kind {
 /// The cells of the first lines.
 struct Cells {
     rows: Vec<Vec<String>>,
-    /// Cells in a row.
+    /// Number of cells in a row.
     width: usize,
-    /// Of the later half of the rows: the first may be titles.
+    /// Counted over the later half of the rows, as the first may be titles.
     kinds: Vec<Kind>,
-    /// Numbers and times less texts.
+    /// Number of numbers and times minus number of texts.
     score: i64,
 }
 
 impl Cells {
-    /// The cells, if the lines have two or more.
+    /// The cells, if the lines have at least two.
     fn of(rows: Vec<Vec<String>>) -> Option<Self> {
         let tail = || &rows[rows.len() / 2..];
         let values = |row: &[String]| row.iter().filter(|it| is_value(it)).count();
@@ -449,7 +454,7 @@ impl Cells {
         })
     }
 
-    /// Values and texts of a line in the columns of numbers.
+    /// Counts values and texts of a line in the numeric columns.
     fn counts_of(&self, row: &[String]) -> Kind {
         let mut all = Kind::default();
         for (cell, kind) in row.iter().zip(&self.kinds) {
@@ -501,7 +506,7 @@ impl Cells {
         first + usize::from(is_numbered(&self.rows[first]))
     }
 
-    /// The names before the first row, with the line that has them, and the units between.
+    /// The names before the first row, with their line, and the units in between.
     fn names(&self, first: usize, by_blanks: bool) -> Option<(usize, Vec<String>, Vec<String>)> {
         let line = |row: usize| attached(self.rows[row].clone(), by_blanks);
         let near = |names: &Vec<String>| {
@@ -539,12 +544,12 @@ impl Cells {
         Some((at, names, units))
     }
 
-    /// Whether no row has anything in that column.
+    /// Whether a column is empty in all rows.
     fn is_empty(&self, column: usize) -> bool {
         self.kinds[column].values == 0 && self.kinds[column].others == 0
     }
 
-    /// Whether the rows' cells of that column count by one, or are texts.
+    /// Whether the column's cells count up by one, or are texts.
     fn counts(&self, column: usize, first: usize) -> bool {
         let rows = self.rows[first..]
             .iter()
@@ -559,8 +564,8 @@ fn has_time(names: &[String]) -> bool {
     names.iter().any(|it| time_unit::is_name(it))
 }
 
-/// Whether words below names are units, one of them known or below a time's name: each column has a name, all of which differ, and no word below is a number, a signal's
-/// letter or the time's name.
+/// Whether words below names are units. One must be known or below a time's name, all names must differ and cover each column, and no word
+/// may be a number, a signal's letter or the time's name.
 fn are_units(words: &[String], names: &[String]) -> bool {
     let all: HashSet<&String> = names.iter().collect();
     let is_name = |it: &String| !it.is_empty() && !is_value(it);
@@ -574,26 +579,26 @@ fn are_units(words: &[String], names: &[String]) -> bool {
         && !has_time(words)
 }
 
-/// Whether a cell of a row is a number or a time by itself: `12 V` may be a name.
+/// Whether a cell of a row is a number or a time alone: `12 V` may be a name.
 fn has_number(row: &[String]) -> bool {
     row.iter()
         .any(|it| number(it).is_some() || csv_time::is_time(it))
 }
 
-/// Whether a cell holds what a column of numbers or times does.
+/// Whether a cell contains a number or a time.
 fn is_value(cell: &str) -> bool {
     value(cell).is_some() || csv_time::is_time(cell)
 }
 
-/// Passes bytes on, and fails in a line that is longer than any table's. A run of blanks in a line becomes one tab, if
-/// asked for; so many lines at the beginning are left out.
+/// Passes bytes on, and fails at a line that is longer than any table's. On request, each run of blanks in a line becomes one tab; a number
+/// of first lines is skipped.
 pub(crate) struct Lines<R> {
     input: R,
     by_blanks: bool,
-    /// Lines that are still to be left out.
+    /// Lines still to skip.
     skipped: u64,
     length: usize,
-    /// The last byte was a blank, or ended a line.
+    /// Whether the last byte was a blank, or ended a line.
     is_blank: bool,
 }
 
@@ -608,7 +613,7 @@ impl<R> Lines<R> {
         }
     }
 
-    /// Leaves out what belongs to lines that are passed over; returns how many bytes are left.
+    /// Removes bytes of skipped lines; returns how many bytes remain.
     fn skip(&mut self, bytes: &mut [u8]) -> usize {
         let mut at = 0;
         while self.skipped > 0 {
@@ -621,7 +626,7 @@ impl<R> Lines<R> {
         bytes.len() - at
     }
 
-    /// Makes one tab of each run of blanks, and none at the beginning of a line; returns how many bytes are left.
+    /// Replaces each run of blanks by one tab, or by nothing at the beginning of a line; returns how many bytes remain.
     fn squeeze(&mut self, bytes: &mut [u8]) -> usize {
         let mut kept = 0;
         for at in 0..bytes.len() {

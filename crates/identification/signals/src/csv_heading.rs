@@ -1,28 +1,28 @@
-//! Headings of LabVIEW's measurements (`.lvm`): they have the interval of rows without a time, and a file may have several, each with rows
+//! Headings of LabVIEW's measurements (`.lvm`). They give the interval of rows without a time, and a file may have several, each with rows
 //! below it.
 
 use crate::csv_cell::number;
 use crate::csv_time::{self, Order};
 
-/// The time between two parts of which nobody knows it, ns, and in intervals.
+/// The assumed time between two parts with unknown distance, ns, and in intervals.
 const PAUSE: f64 = 1e9;
 const PAUSE_INTERVALS: f64 = 10.0;
 
-/// What a heading says of the rows below it.
+/// The information of a heading about the rows below it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Heading {
     is_measurement: bool,
     has_times: bool,
-    /// The interval of every column, ns; `None` where they differ, or are of no time.
+    /// The interval of every column, ns; `None` if they differ, or are not times.
     pub(crate) interval: Option<f64>,
     date: String,
     time: String,
-    /// From there to the first row, ns.
+    /// Offset from the heading's time to the first row, ns.
     offset: f64,
 }
 
 impl Heading {
-    /// Takes a line in front of the rows; returns whether it is the last of a heading.
+    /// Takes a line before the rows; returns whether it is the last of a heading.
     pub(crate) fn take<'a>(&mut self, mut cells: impl Iterator<Item = &'a str>) -> bool {
         let key = cells.next().unwrap_or_default();
         let cells: Vec<&str> = cells.filter(|it| !it.is_empty()).collect();
@@ -56,7 +56,7 @@ impl Heading {
         begin.checked_add(self.offset as i64)
     }
 
-    /// When its rows begin, if those of the `first` heading begin at 0 and those before at last had a row at `last`, ns.
+    /// The time at which its rows begin, ns, if those of the `first` heading begin at 0 and the last row before was at `last`.
     pub(crate) fn begins(&self, first: &Self, last: i64) -> i64 {
         let known = (self.begin().zip(first.begin())).map(|(own, first)| own.saturating_sub(first));
         let interval = self.interval.unwrap_or_default();

@@ -1,8 +1,8 @@
-//! Long tables: each row has the numbers of one thing, and a text says of which: `time,name,value`, as InfluxDB, Grafana and pandas' `melt`
-//! write them, or `time,vehicle,x,y`.
+//! Long tables: each row has the numbers of one thing, and a text names the thing: `time,name,value`, as InfluxDB, Grafana and pandas'
+//! `melt` write them, or `time,vehicle,x,y`.
 //!
-//! A table is long where its header says so ([`KEYS`], [`VALUES`]), or where its texts change from row to row. The rows of one thing are a series.
-//! Its numbers are signals: called as the series where each row has but one (`depth`), else `x[alpha]`.
+//! A table is long if its header says so ([`KEYS`], [`VALUES`]), or if its texts change from row to row. The rows of one thing are a
+//! series. Its numbers are signals, named after the series if each row has only one (`depth`), else `x[alpha]`.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -12,7 +12,7 @@ use csv::ByteRecord;
 use crate::csv_cell::{is_missing, value};
 use crate::csv_time;
 
-/// Names of the column that says what a row's number is, and of that number, without underscores in front.
+/// Names of the column that names a row's number, and of the number's column, without leading underscores.
 #[rustfmt::skip]
 const KEYS: [&str; 20] = [
     "field", "name", "metric", "variable", "signal", "series", "channel", "tag", "parameter", "param", "key", "measurement", "topic",
@@ -22,49 +22,49 @@ const VALUES: [&str; 8] = [
     "value", "val", "values", "reading", "data", "number", "state", "mean",
 ];
 
-/// The last so many of them are values beside one of these names, as Home Assistant writes them.
+/// The last ones are values only next to one of these names, as in Home Assistant.
 const OF_ENTITIES: usize = 2;
 const OF_STATES: [&str; 3] = ["entity_id", "entity", "statistic_id"];
 
-/// Names of texts that say nothing of what a number is of.
+/// Names of text columns that do not say what a number describes.
 #[rustfmt::skip]
 const NO_KEYS: [&str; 16] = [
     "unit", "units", "quality", "status", "state", "comment", "message", "description", "flag", "type", "mode", "start", "stop", "result",
     "level", "severity",
 ];
 
-/// The share of rows with the time of the row before and another text, and of those with another text at all, in a table whose names do not
-/// tell that it is long; the rows of each series at least, on the mean.
+/// For tables whose names do not show that they are long: share of rows with the time of the row before and another text, share of rows
+/// with another text at all, and mean number of rows of each series.
 const OFTEN: f64 = 0.25;
 const MOSTLY: f64 = 0.6;
 const FEWEST: usize = 10;
 
-/// Series of a table, and columns that name them, at most.
+/// Maximum number of series of a table, and of columns that name them.
 const SERIES: usize = 1000;
 const MOST_KEYS: usize = 8;
 
 /// The form of a long table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct LongForm {
-    /// The columns of texts by which series are told apart.
+    /// The columns of texts that distinguish series.
     keys: Vec<usize>,
     /// The columns of numbers.
     values: Vec<usize>,
     /// Series by their texts.
     series: BTreeMap<Vec<u8>, usize>,
-    /// The signals: of the first series each column, then of the next.
+    /// The signals: each column of the first series, then of the next.
     signals: Vec<String>,
-    /// What each series is called alone, where others are called so too.
+    /// The name of each series alone, if others share it.
     shared: Vec<String>,
 }
 
-/// A name without its case and the underscores in front.
+/// A name in lower case without leading underscores.
 fn plain(name: &str) -> String {
     name.trim_start_matches('_').to_ascii_lowercase()
 }
 
-/// What each series is called, and what several are: by the texts of one column, the `first` where it is known, and those of the others
-/// that tell such series apart.
+/// The name of each series, and the names that several share. Names come from the texts of one column (`first` if known), and of further
+/// columns if needed to distinguish series.
 fn labels(
     found: &BTreeMap<Vec<u8>, usize>,
     keys: usize,
@@ -105,8 +105,8 @@ fn labels(
 }
 
 impl LongForm {
-    /// The form of a table with these columns, the first rows and all of them; `None` of a table that is not long. `others` are the columns
-    /// of the time.
+    /// The form of a table with these columns, the first rows and all of them; `None` if the table is not long. `others` are the columns of
+    /// the time.
     pub(crate) fn find(
         columns: &[String],
         others: &[usize],
@@ -205,12 +205,12 @@ impl LongForm {
         &self.signals
     }
 
-    /// Whether a column holds the numbers of several series, or says which.
+    /// Whether a column contains the numbers of several series, or names the series.
     pub(crate) fn holds(&self, column: usize) -> bool {
         self.values.contains(&column) || self.keys.contains(&column)
     }
 
-    /// Whether that is what several series are called.
+    /// Whether several series have that name.
     pub(crate) fn is_shared(&self, name: &str) -> bool {
         self.shared.iter().any(|it| it == name)
     }
@@ -221,14 +221,14 @@ impl LongForm {
         self.series.get(text).copied()
     }
 
-    /// The column in which a row of that series has the number of the signal.
+    /// The column with the number of the signal in a row of that series.
     pub(crate) fn column(&self, signal: usize, series: usize) -> Option<usize> {
         let width = self.values.len();
         (signal / width == series).then(|| self.values[signal % width])
     }
 }
 
-/// The texts of a row's keys, each ended by a zero.
+/// The texts of a row's keys, each terminated by a zero byte.
 fn key(keys: &[usize], row: &ByteRecord, text: &mut Vec<u8>) {
     text.clear();
     for at in keys {

@@ -1,25 +1,25 @@
-//! Lines that a microcontroller prints, as terminals show them: with a stamp in front (`10:00:00.000 -> 20,19.95`, Arduino's serial monitor),
-//! or each number behind its name (`pwm:20,speed:19.95`, Arduino's plotter; `pwm=20 speed=19.95`).
+//! Lines printed by a microcontroller, as terminals show them: with a stamp in front (`10:00:00.000 -> 20,19.95`, Arduino's serial
+//! monitor), or each number after its name (`pwm:20,speed:19.95`, Arduino's plotter; `pwm=20 speed=19.95`).
 
 use csv::ByteRecord;
 
 use crate::csv_cell::value;
 use crate::csv_time;
 
-/// What stands behind the stamp.
+/// The separator after the stamp.
 const ARROW: &[u8] = b"->";
 
-/// The share of lines that are written so.
+/// The share of lines that must have this form.
 const MOST: f64 = 0.8;
 
-/// Names of a line at most.
+/// Maximum number of names in a line.
 const NAMES: usize = 1000;
 
-/// How lines are printed.
+/// The form of the lines.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct SerialForm {
     pub(crate) has_stamps: bool,
-    /// The names in front of the numbers; empty where there are none.
+    /// The names before the numbers; empty if there are none.
     pub(crate) names: Vec<String>,
 }
 
@@ -27,14 +27,14 @@ fn is_most(lines: usize, of: usize) -> bool {
     lines > 1 && lines as f64 >= MOST * of as f64
 }
 
-/// The bytes before and behind the first of these.
+/// The bytes before and after the first separator.
 fn parted<'a>(cell: &'a [u8], by: &[u8]) -> Option<(&'a [u8], &'a [u8])> {
     let at = cell.windows(by.len()).position(|it| it == by)?;
     let (before, behind) = (&cell[..at], &cell[at + by.len()..]);
     Some((before.trim_ascii(), behind.trim_ascii()))
 }
 
-/// The name in front of a number, and what stands behind it.
+/// The name before a number, and the text after it.
 fn named(cell: &[u8]) -> Option<(&[u8], &[u8])> {
     let sign = cell.iter().position(|it| matches!(it, b':' | b'='))?;
     let (name, number) = (cell[..sign].trim_ascii(), cell[sign + 1..].trim_ascii());
@@ -42,7 +42,7 @@ fn named(cell: &[u8]) -> Option<(&[u8], &[u8])> {
     name.first().is_some_and(begins).then_some((name, number))
 }
 
-/// Names and numbers of a line; `None` of a line in which anything else stands. A blank may stand between them.
+/// Names and numbers of a line; `None` if the line contains anything else. A blank between them is allowed.
 fn pairs<'a>(cells: &[&'a [u8]]) -> Option<Vec<(&'a [u8], &'a [u8])>> {
     let mut pairs = Vec::new();
     let mut waiting = None;
@@ -63,7 +63,7 @@ fn pairs<'a>(cells: &[&'a [u8]]) -> Option<Vec<(&'a [u8], &'a [u8])>> {
 }
 
 impl SerialForm {
-    /// Whether most lines have a stamp and an arrow in front.
+    /// Whether most lines begin with a stamp and an arrow.
     pub(crate) fn have_stamps<'a>(lines: impl ExactSizeIterator<Item = &'a [u8]>) -> bool {
         let of = lines.len();
         let is_stamped = |line: &&[u8]| {
@@ -73,7 +73,7 @@ impl SerialForm {
         is_most(lines.filter(is_stamped).count(), of)
     }
 
-    /// The names in front of the numbers of these rows, if most have them.
+    /// Finds the names before the numbers of these rows, if most rows have them.
     pub(crate) fn find_names(&mut self, rows: &[Vec<String>]) {
         let mut names: Vec<String> = Vec::new();
         let mut count = 0;
@@ -95,7 +95,7 @@ impl SerialForm {
         }
     }
 
-    /// Whether lines are those of any table.
+    /// Whether the lines have the form of an ordinary table.
     pub(crate) fn is_plain(&self) -> bool {
         !self.has_stamps && self.names.is_empty()
     }

@@ -1,7 +1,7 @@
 //! Samples from a CSV file: columns of numbers, one of them the time, or rows at a known interval.
 //!
-//! What parts the cells, whether there is a header and what is a comment is found out ([`Form`]). A cell that is empty or
-//! no number is a sample that is not there; both are counted for each column, and the count is noted.
+//! Delimiter, header and comments are detected ([`Form`]). An empty or non-numeric cell is a missing sample; both are counted for each
+//! column and noted.
 //!
 //! A column `NAME [UNIT]`, `NAME (UNIT)` or `NAME_UNIT` is found by `NAME` too.
 
@@ -26,43 +26,43 @@ use crate::source::{Source, SourceTopic};
 use crate::time_unit::{self, JudgedUnit, Known, TimeUnit};
 use crate::unit_name::with_unit;
 
-/// The share of cells that are not empty below which a table is sparse; rows that tell it, and columns and groups of them at most.
+/// Below this share of non-empty cells a table is sparse. Then: number of rows examined, and maximum number of columns and groups.
 const SPARSE: f64 = 0.6;
 const FEWEST_ROWS: usize = 10;
 const MOST_COLUMNS: usize = 10_000;
 const MOST_GROUPS: usize = 100;
 
-/// Rows in which a time is looked for that no name tells of.
+/// Number of rows searched for a time that no name reveals.
 const LOOKED_AT: usize = 100;
 
-/// The characters of a cell that a note quotes at most.
+/// Maximum number of characters of a cell quoted in a note.
 const QUOTED: usize = 40;
 
 /// How the time of a table is read.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TableTime {
-    /// The column, or two as `SECONDS+NANOSECONDS` or `DATE+TIME`; `None` for the one whose name says so, or a first column that rises.
+    /// The column, or two as `SECONDS+NANOSECONDS` or `DATE+TIME`; `None` for the one with a usual name, or a first column that rises.
     pub column: Option<String>,
-    /// The unit of its numbers; `None` for the one that its name ends in, or seconds.
+    /// The unit of its numbers; `None` for the unit at the end of its name, or seconds.
     pub unit: Option<TimeUnit>,
     /// The interval between two rows of a table without a time, s.
     pub sample_time: Option<f64>,
 }
 
-/// Where the time of a row stands.
+/// Where a row's time comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Time {
-    /// In a column that was named, or is named so.
+    /// From a column that was given or has a usual name.
     Named(usize),
-    /// In the first column, whose numbers rise.
+    /// From the first column, whose numbers rise.
     Rising,
-    /// In two columns: seconds, and their parts in this unit.
+    /// From two columns: seconds, and their fraction in this unit.
     Parts(usize, usize, TimeUnit),
-    /// In two columns: the date, and the time of day.
+    /// From two columns: the date, and the time of day.
     Dated(usize, usize),
-    /// Nowhere: so many ns are from row to row.
+    /// From the row's number, with this many ns from row to row.
     Rows(f64),
-    /// Nowhere, though the first column counts the rows.
+    /// Unknown, though the first column counts the rows.
     Counted,
     /// Nowhere.
     Unknown,
@@ -74,23 +74,23 @@ pub struct CsvSource {
     path: PathBuf,
     bytes: u64,
     form: Form,
-    /// Its signals, where each row says which it is of.
+    /// Its signals, if each row says to which it belongs.
     long: Option<Box<LongForm>>,
     time: Time,
     written: TimeFormat,
-    /// How its unit is known.
+    /// How the unit is known.
     known: Known,
-    /// How it is known that the time is written so, where nobody said it.
+    /// How the detected form of the time is known, for people.
     written_told: String,
-    /// Its columns by the rows in which they have cells, where most cells are empty: each group has its own rows.
+    /// In a sparse table: columns grouped by the rows in which they have cells; each group has its own rows.
     groups: Vec<Vec<usize>>,
 }
 
 impl CsvSource {
-    /// Finds the form of the table at `path`, and its time.
+    /// Determines the form of the table at `path`, and its time.
     ///
     /// # Errors
-    /// A line with the path: no file, no columns, no such column.
+    /// One line with the path: no file, no columns, no such column.
     pub fn open(path: &Path, time: &TableTime) -> Result<Self> {
         let name = path.display();
         let unreadable = SourceError::unreadable(path);
@@ -99,7 +99,8 @@ impl CsvSource {
         let form = form.map_err(|reason| SourceError::Data(format!("{name}: {reason}")))?;
         if form.columns.len() < 2 {
             return Err(SourceError::Data(format!(
-                "{name}: its first line has no two columns parted by ',', ';', tabs or blanks"
+                "{name}: its first line does not have two columns separated by ',', ';', tabs or \
+                 blanks"
             )));
         }
         let mut table = Self {
@@ -128,7 +129,7 @@ impl CsvSource {
         Ok(table)
     }
 
-    /// The columns that have cells in the same of the first rows, where most of all cells are empty; none of any other table.
+    /// In a sparse table: the columns with cells in the same of the first rows; empty for any other table.
     fn find_groups(&self, of_time: &[usize], start: &[Vec<String>]) -> Vec<Vec<usize>> {
         let mut groups: BTreeMap<Vec<bool>, Vec<usize>> = BTreeMap::new();
         let (mut cells, mut filled) = (0, 0);
@@ -188,7 +189,7 @@ impl CsvSource {
         }
     }
 
-    /// The columns beside the time; of a long table its signals.
+    /// The columns except the time; for a long table its signals.
     #[must_use]
     pub fn signals(&self) -> Vec<&str> {
         if let Some(long) = &self.long {
@@ -201,7 +202,7 @@ impl CsvSource {
         others.map(|(_, name)| name.as_str()).collect()
     }
 
-    /// The name of a column, or of a signal of a long table, which stand behind the columns.
+    /// The name of a column, or of a signal of a long table; signals are numbered after the columns.
     fn name_of(&self, place: usize) -> &str {
         let columns = &self.form.columns;
         match (columns.get(place), &self.long) {
@@ -211,8 +212,8 @@ impl CsvSource {
         }
     }
 
-    /// Where each column is, by its name in full and by its name without the unit (`pitch` for `pitch [rad]`); a
-    /// second place where two have that name.
+    /// The place of each column, by its full name and by its name without the unit (`pitch` for `pitch [rad]`); a second place if two have
+    /// that name.
     pub(crate) fn places(&self) -> BTreeMap<&str, (usize, Option<usize>)> {
         let mut places: BTreeMap<&str, (usize, Option<usize>)> = BTreeMap::new();
         let columns = || self.form.columns.iter().enumerate();
@@ -232,7 +233,7 @@ impl CsvSource {
     /// The column of that name.
     ///
     /// # Errors
-    /// A sentence, if there is none, or there are several.
+    /// A sentence, if there is no such column, or there are several.
     pub(crate) fn place(
         &self,
         places: &BTreeMap<&str, (usize, Option<usize>)>,
@@ -245,12 +246,15 @@ impl CsvSource {
             let is_of_several = place.is_some_and(|it| long.holds(it.0)) || long.is_shared(name);
             if place.is_none() || is_of_several {
                 let why = match is_of_several {
-                    true => format!("'{name}' is of several signals, and each row says of which"),
-                    false => format!("it has no signal '{name}'"),
+                    true => format!(
+                        "several signals have the name '{name}', and each row says \
+                        which"
+                    ),
+                    false => format!("there is no signal '{name}'"),
                 };
                 let names = long.signals().iter().map(String::as_str);
                 return Err(SourceError::Request(format!(
-                    "{path}: {why}; name one of {}{}",
+                    "{path}: {why}; choose one of {}{}",
                     listed(names.clone()),
                     did_you_mean(name, names)
                 )));
@@ -259,11 +263,11 @@ impl CsvSource {
         match places.get(name) {
             Some((place, None)) => Ok(*place),
             Some((first, Some(second))) => Err(SourceError::Request(format!(
-                "{path}: '{name}' may be '{}' or '{}'; name one of them in full",
+                "{path}: '{name}' may be '{}' or '{}'; write the name in full",
                 columns[*first], columns[*second]
             ))),
             None => Err(SourceError::Request(format!(
-                "{path}: it has no column '{name}'; it has {}{}{}",
+                "{path}: there is no column '{name}'; there are {}{}{}",
                 listed(columns.iter().map(String::as_str)),
                 did_you_mean(name, places.keys().copied()),
                 match &self.form.notes[..] {
@@ -278,10 +282,10 @@ impl CsvSource {
         Ok(self.form.rows(text_at(&self.path)?))
     }
 
-    /// The rows, of which each signal (its number in the requests) is in the column beside it.
+    /// The rows, with the column of each signal (its number in the requests).
     ///
     /// # Errors
-    /// A table whose time is not known.
+    /// If the table's time is not known.
     pub(crate) fn rows(
         &self,
         signals: Vec<(usize, usize)>,
@@ -293,8 +297,9 @@ impl CsvSource {
         match self.time {
             Time::Unknown => {
                 return Err(SourceError::Request(format!(
-                    "{path}: no column is the time: none is named {}, and the first does not rise from row to row; name it \
-                     with {} ({} or DATE+TIME where it is in two), or give the interval between rows with {}, as in {}",
+                    "{path}: no column is the time: none has the name {}, and the first does not \
+                     rise from row to row; give the column with {} ({} or DATE+TIME if it is in \
+                     two), or the interval between rows with {}, as in {}",
                     time_unit::NAMES[..4].join(", "),
                     setting("time", "COLUMN"),
                     setting("time", "SECONDS+NANOSECONDS"),
@@ -304,8 +309,8 @@ impl CsvSource {
             }
             Time::Counted => {
                 return Err(SourceError::Request(format!(
-                    "{path}: no column is the time: '{}', the first, counts the rows; give the interval between them with {}, as \
-                     in {}, or name the time with {}",
+                    "{path}: no column is the time: '{}', the first, counts the rows; give the \
+                     interval between them with {}, as in {}, or the time's column with {}",
                     columns[0],
                     option("sample_time"),
                     setting("sample_time", "0.1s"),
@@ -314,8 +319,8 @@ impl CsvSource {
             }
             Time::Rising if signals.iter().any(|it| it.1 == 0) => {
                 return Err(SourceError::Request(format!(
-                    "{path}: '{}' is taken as the time, since it is first and rises from row to row; if it is a signal, \
-                     name the time with {} or give {}",
+                    "{path}: '{}' is assumed to be the time, since it is first and rises from row \
+                     to row; if it is a signal, give the time's column with {} or {}",
                     columns[0],
                     setting("time", "COLUMN"),
                     option("sample_time")
@@ -377,7 +382,7 @@ impl CsvSource {
         }
     }
 
-    /// Where the stamps come from.
+    /// The source of the stamps, for people.
     fn stamps(&self) -> String {
         let Some(column) = self.time_column() else {
             let step = self.sample_time().unwrap_or(1.0);
@@ -424,8 +429,7 @@ impl Source for CsvSource {
         }
     }
 
-    /// All columns beside the time. The signals of a long table have each their own times, and so have the columns of a sparse one that have cells
-    /// in the same rows.
+    /// All columns except the time. The signals of a long table have separate times, and so have groups of columns in a sparse one.
     fn topics(&self) -> Vec<SourceTopic> {
         let requests = self.signals().into_iter().map(Request::output);
         let topic = |requests| SourceTopic {
@@ -460,10 +464,10 @@ impl Source for CsvSource {
     }
 }
 
-/// Hands every cell of the tables' columns to `take`, row by row, in the order of their times.
+/// Passes every cell of the tables' columns to `take`, row by row, in the order of their times.
 ///
 /// # Errors
-/// As [`Rows::end`].
+/// Like [`Rows::end`].
 pub(crate) fn read_rows(
     tables: Vec<Rows<'_>>,
     reading: &mut Reading,
@@ -503,20 +507,20 @@ pub(crate) struct Rows<'a> {
     faults: Vec<Faults>,
     /// Rows read.
     count: u64,
-    /// The heading of the part that is read, the row with which that begins, and its time, ns.
+    /// The heading of the current part, its first row, and that row's time, ns.
     heading: Heading,
     part: (u64, i64),
     /// The time of the last row, ns.
     last: i64,
     timeless: Faults,
-    /// The line in which names in another order stand.
+    /// The line that has the names in another order.
     others: Option<u64>,
-    /// Why no more could be read.
+    /// Why reading stopped, if it did.
     broken: Option<String>,
 }
 
 impl Rows<'_> {
-    /// Goes to the next row that has a time; returns the time.
+    /// Advances to the next row with a time; returns the time.
     pub(crate) fn next(&mut self) -> Option<i64> {
         loop {
             match self.reader.read(&mut self.row) {
@@ -546,7 +550,7 @@ impl Rows<'_> {
         }
     }
 
-    /// Whether the row is of a heading between rows without times; behind it they begin anew.
+    /// Whether the row belongs to a heading between rows without times; after it they restart.
     fn is_of_heading(&mut self) -> bool {
         let first = &self.table.form.heading;
         let text = |cell| std::str::from_utf8(cell).unwrap_or_default();
@@ -560,13 +564,14 @@ impl Rows<'_> {
         if self.heading.interval != first.interval {
             let line = self.line();
             self.broken = Some(format!(
-                "from line {line} on the rows have another interval, and are left out; make a file of each part"
+                "from line {line} on the rows have another interval, and are left out; make a \
+                 separate file of each part"
             ));
         }
         true
     }
 
-    /// Whether the row holds the names of the columns in another order, or some of them: another table begins.
+    /// Whether the row has the column names in another order, or some of them: another table begins.
     fn has_other_names(&self) -> bool {
         let names = &self.table.form.columns;
         let cells: Vec<&str> = self
@@ -596,7 +601,7 @@ impl Rows<'_> {
         self.table.form.skipped + line
     }
 
-    /// Hands the numbers of the row to `take`; returns whether more are wanted.
+    /// Passes the numbers of the row to `take`; returns whether more are wanted.
     pub(crate) fn hand(&mut self, stamp: i64, take: &mut Take<'_>) -> bool {
         let line = self.line();
         let mut more = true;
@@ -618,7 +623,7 @@ impl Rows<'_> {
     /// Notes what could not be read.
     ///
     /// # Errors
-    /// A table without a row that has a time.
+    /// If no row of the table has a time.
     pub(crate) fn end(self, reading: &mut Reading) -> Result<()> {
         let path = self.table.path.display();
         reading
@@ -627,7 +632,8 @@ impl Rows<'_> {
         let columns = &self.table.form.columns;
         if let Some(line) = self.others {
             return Err(SourceError::Data(format!(
-                "{path}: names stand again in line {line}, in another order: another table begins there; make two files of it"
+                "{path}: the names occur again in line {line}, in another order: another table \
+                 begins there; split the file in two"
             )));
         }
         let timeless = self.timeless.empty + self.timeless.others;
@@ -652,8 +658,9 @@ impl Rows<'_> {
         for (faults, (_, column)) in self.faults.iter().zip(&self.signals) {
             if let Some((text, line)) = faults.doubtful() {
                 return Err(SourceError::Data(format!(
-                    "{path}: '{}' in line {line} of '{}' may be a fraction or group thousands: all numbers of the column have three digits \
-                     behind a sign, or no sign; write them without grouping",
+                    "{path}: '{}' in line {line} of '{}' may be a fraction or group thousands: \
+                     all numbers of the column have three digits after a separator, or no \
+                     separator; write them without grouping",
                     shown(text),
                     self.table.name_of(*column)
                 )));
@@ -664,7 +671,8 @@ impl Rows<'_> {
                     unit => format!("the unit '{}'", shown(unit)),
                 };
                 return Err(SourceError::Data(format!(
-                    "{path}: cells of '{}' are of several units: the first has {}, that in line {line} has {}; write all in one",
+                    "{path}: cells of '{}' have several units: the first has {}, that in line \
+                     {line} has {}; use one unit",
                     self.table.name_of(*column),
                     named(first),
                     named(unit)
@@ -677,32 +685,32 @@ impl Rows<'_> {
     }
 }
 
-/// The cells of a column that hold no number.
+/// The cells of a column without a number.
 #[derive(Clone, Debug, Default)]
 struct Faults {
     empty: u64,
     others: u64,
-    /// The first that is not empty, and the line of the file.
+    /// The first non-empty one, and its line in the file.
     first: Option<(String, u64)>,
-    /// The line of the first that is empty.
+    /// The line of the first empty cell.
     first_empty: Option<u64>,
-    /// The first number with three digits behind its only sign, as 1.234.
+    /// The first number with three digits after its only separator, as 1.234.
     grouped: Option<(String, u64)>,
-    /// Whether a number has no sign, and whether one has a sign that groups nothing.
+    /// Whether a number has no separator, and whether one has a separator that does not group thousands.
     has_whole: bool,
     has_fraction: bool,
-    /// Whether the first number but 0 has no unit; else the units, which few columns have.
+    /// Whether the first number except 0 has no unit; otherwise the units, which few columns have.
     is_bare: bool,
     units: Option<Box<Units>>,
 }
 
-/// The units behind a column's numbers.
+/// The units after a column's numbers.
 #[derive(Clone, Debug, Default)]
 struct Units {
-    /// The first, which may be none, and another with its line.
+    /// The first unit, which may be empty, and another with its line.
     first: String,
     other: Option<(String, u64)>,
-    /// Numbers that are left out for their unit, since the first has none.
+    /// Numbers left out because of their unit, since the first has none.
     left_out: u64,
 }
 
@@ -722,7 +730,7 @@ impl Units {
 }
 
 impl Faults {
-    /// The number in a cell on that line; counts one that is none.
+    /// The number in a cell on that line; counts a cell without one.
     fn number(&mut self, cell: &[u8], line: u64) -> Option<f64> {
         let text = std::str::from_utf8(cell).ok();
         let found = text.and_then(number);
@@ -753,14 +761,14 @@ impl Faults {
         Some(number)
     }
 
-    /// The first and another unit with its line, where numbers of several are read, or more than a few of one are left out.
+    /// The first and another unit with its line, if numbers with several units are read, or more than a few with one unit are left out.
     fn of_several_units(&self, rows: u64) -> Option<(&str, &(String, u64))> {
         let units = self.units.as_ref()?;
         let matters = !units.first.is_empty() || units.left_out * 100 > rows;
         Some((units.first.as_str(), units.other.as_ref()?)).filter(|_| matters)
     }
 
-    /// Looks whether the number may have its thousands grouped.
+    /// Checks whether the number may have grouped thousands.
     fn see_sign(&mut self, cell: &[u8], line: u64) {
         let Some(at) = cell.iter().position(|it| matches!(it, b'.' | b',')) else {
             self.has_whole |= cell.iter().all(|it| it.is_ascii_digit() || *it == b'-');
@@ -808,7 +816,7 @@ impl Faults {
         if let Some((text, line)) = &self.first {
             let text = shown(text);
             parts.push(format!(
-                "{} no numbers, the first '{text}' in line {line}",
+                "{} without a number, the first '{text}' in line {line}",
                 self.others
             ));
         }
@@ -817,7 +825,7 @@ impl Faults {
     }
 }
 
-/// The file at `path`, from behind its byte-order mark if it has one.
+/// The file at `path`, after its byte-order mark if it has one.
 fn text_at(path: &Path) -> Result<File> {
     let unreadable = SourceError::unreadable(path);
     let mut file = File::open(path).map_err(unreadable)?;

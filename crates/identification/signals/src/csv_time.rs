@@ -1,4 +1,4 @@
-//! A time as people and their programs write it: a date with a time of day, a time of day, a duration with its unit.
+//! Parses times as people and programs write them: a date with a time of day, a time of day, a duration with its unit.
 
 use jiff::civil;
 use jiff::tz::TimeZone;
@@ -6,7 +6,7 @@ use jiff::tz::TimeZone;
 use crate::csv_cell::{decimal, number};
 use crate::time_unit::TimeUnit;
 
-/// What is read, for those whose time is not.
+/// The accepted formats, for error messages.
 pub(crate) const FORMS: &str = "2026-11-24 12:00:00.050, 2026-11-24T12:00:00.050Z, 2026/11/24 12:00:00.050, 24.11.2026 12:00:00,050, \
      11/24/2026 12:00:00.050 PM, 24-Nov-2026 12:00:00.050, 12:00:00.050, 0.05 sec";
 
@@ -21,7 +21,7 @@ pub(crate) enum Order {
     MonthFirst,
 }
 
-/// How the times of a column are written: numbers of this unit, or dates, in which the day comes first or the month.
+/// The format of a column's times: numbers in this unit, or dates with this order of day and month.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct TimeFormat {
     pub(crate) unit: TimeUnit,
@@ -29,7 +29,7 @@ pub(crate) struct TimeFormat {
 }
 
 impl TimeFormat {
-    /// The time a cell holds, ns since 1970 or the beginning of the count.
+    /// The time in a cell, ns since 1970 or since the beginning of the count.
     pub(crate) fn nanoseconds(self, cell: &str) -> Option<i64> {
         decimal(cell, self.unit)
             .or_else(|| date(cell, self.order))
@@ -37,7 +37,7 @@ impl TimeFormat {
     }
 }
 
-/// Whether a cell is a time that is no plain number.
+/// Whether a cell is a time other than a plain number.
 pub(crate) fn is_time(cell: &str) -> bool {
     let date = |order| date(cell, order).is_some();
     date(Order::MonthFirst) || date(Order::DayFirst) || duration(cell).is_some()
@@ -60,7 +60,7 @@ fn duration(cell: &str) -> Option<i64> {
     (all.abs() < i64::MAX as f64).then_some(all.round() as i64)
 }
 
-/// A date with a time of day, or a time of day, ns; UTC where no zone is written.
+/// A date with a time of day, or a time of day, ns; UTC unless a zone is written.
 pub(crate) fn date(cell: &str, order: Order) -> Option<i64> {
     let parts = Parts::of(cell)?;
     let date = match &parts.date {
@@ -101,10 +101,10 @@ enum Day {
     TimeFormat(String),
 }
 
-/// A cell taken apart.
+/// The parts of a cell.
 struct Parts {
     date: Day,
-    /// Of the day, ns; less the zone's offset.
+    /// Time of day, ns, minus the zone's offset.
     time: i64,
 }
 
@@ -207,7 +207,7 @@ fn clock(text: &str) -> Option<i64> {
     is_fraction.then_some(((hours * 60 + minutes) * 60 + seconds) * 1_000_000_000 + i64::from(part))
 }
 
-/// Whether it begins with the mark of the afternoon, or of the morning, and how long that is.
+/// Whether the text begins with AM or PM, and the length of that mark.
 fn half(text: &str) -> (Option<bool>, usize) {
     for (mark, afternoon) in [("a.m.", false), ("p.m.", true), ("am", false), ("pm", true)] {
         let is_it = text
@@ -220,7 +220,7 @@ fn half(text: &str) -> (Option<bool>, usize) {
     (None, 0)
 }
 
-/// The offset of the zone that stands in front, ns, and what stands behind it.
+/// The offset of the zone at the beginning of the text, ns, and the rest.
 fn zone(text: &str) -> Option<(i64, &str)> {
     for name in ["Z", "UTC", "GMT"] {
         if let Some(rest) = text.strip_prefix(name) {
@@ -243,7 +243,7 @@ fn zone(text: &str) -> Option<(i64, &str)> {
     Some((sign * minutes * 60_000_000_000, behind.trim()))
 }
 
-/// Months by the letters they begin with, in English and German.
+/// Months by their first letters, in English and German.
 const MONTHS: [(&str, i8); 18] = [
     ("jan", 1),
     ("feb", 2),

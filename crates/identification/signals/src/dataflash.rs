@@ -1,8 +1,8 @@
 //! ArduPilot's log format DataFlash (`.bin`), which describes itself (ArduPilot, `libraries/AP_Logger/LogStructure.h`).
 //!
 //! A message is `A3 95`, the number of its format, and its fields. A format is a message too: number, length, name, a letter for each
-//! field, and the fields' names. Numbers are scaled as their letter says (`c` and its kin are hundredths, `L` 1e-7 degrees), which is
-//! how ArduPilot's own tools print them. The field that tells instances apart is marked `#` by `FMTU`.
+//! field, and the fields' names. Numbers are scaled by their letter (`c`, `C`, `e`, `E` are hundredths, `L` 1e-7 degrees), as ArduPilot's
+//! own tools print them. `FMTU` marks the field that distinguishes instances with `#`.
 
 use std::fs::File;
 use std::io;
@@ -25,11 +25,11 @@ struct Format {
     name: String,
     /// Every field: its name, its letter, and where it begins.
     fields: Vec<(String, u8, usize)>,
-    /// The names of those that are numbers.
+    /// The names of the numeric fields.
     numbers: Rc<[String]>,
     /// The stamp's field, and its unit in ns.
     time: Option<(usize, i64)>,
-    /// The field that numbers the instance.
+    /// The field with the instance's number.
     instance: Option<usize>,
 }
 
@@ -41,7 +41,7 @@ pub(crate) struct DataFlash {
 }
 
 impl DataFlash {
-    /// The messages of a log; `None` if the file is none.
+    /// The messages of a log; `None` if the file is not such a log.
     pub(crate) fn of(file: File) -> io::Result<Option<Self>> {
         let mut file = Ahead::of(file);
         let is_log = file.bytes(3)?.starts_with(&[HEAD[0], HEAD[1], FORMAT]);
@@ -91,7 +91,7 @@ impl DataFlash {
         Some(())
     }
 
-    /// Takes the units of a format's fields, of which one marks the instance.
+    /// Reads the units of a format's fields; one unit marks the instance.
     fn take_units(&mut self, units: &Format, body: &[u8]) -> Option<()> {
         let field = |name: &str| units.fields.iter().find(|it| it.0 == name);
         let of = *body.get(field("FmtType")?.2)?;
@@ -148,7 +148,7 @@ impl LogReader for DataFlash {
     fn notes(&self) -> Vec<String> {
         let note = || {
             format!(
-                "{} bytes are of no message: the log is damaged there, or cut off",
+                "{} bytes belong to no message: the log is damaged there, or cut off",
                 self.skipped
             )
         };
@@ -183,7 +183,7 @@ impl Format {
     }
 }
 
-/// The bytes of a field.
+/// The size of a field, bytes.
 fn size(letter: u8) -> Option<usize> {
     Some(match letter {
         b'M' => 1,

@@ -1,19 +1,19 @@
-//! Decimation of a record that is sampled far faster than its outputs move.
+//! Decimates a record that is sampled much faster than its outputs move.
 //!
-//! An output moves so slowly if its autocovariance stays above nine tenths for a hundred samples: the poles of a model
-//! then lie so close to z = 1 that rounding and noise decide them. Every sample of the new record is a mean: an input's
-//! over the interval it acts over, an output's over as many samples about its instant, so that neither is delayed.
+//! An output moves that slowly if its autocovariance stays above nine tenths for a hundred samples. The poles of a model then lie so close
+//! to z = 1 that rounding and noise determine them. Every sample of the new record is a mean: an input's over the interval in which it
+//! acts, an output's over as many samples about its instant, so that neither is delayed.
 
 use planesman_record::{Record, Segment};
 use planesman_text::setting;
 
-/// The share of the autocovariance that marks how long an output stays as it is.
+/// The share of the autocovariance that defines how long an output stays the same.
 const AUTOCOVARIANCE_SHARE: f64 = 0.9;
-/// Samples of that time from which a record is decimated, and that it is left with.
+/// The number of samples in that time above which a record is decimated, and the number kept.
 const SLOW_SAMPLES: usize = 100;
 const SAMPLES_KEPT: usize = 20;
 
-/// Decimates a record, if all its outputs move slowly; what was done, in a sentence.
+/// Decimates a record if all its outputs move slowly; returns a sentence on the result.
 pub(crate) fn decimate(record: &mut Record) -> Option<String> {
     let longest = record.segments.iter().max_by_key(|it| it.len())?;
     let stays = longest.outputs.iter().filter_map(|it| stays(it)).min()?;
@@ -29,17 +29,17 @@ pub(crate) fn decimate(record: &mut Record) -> Option<String> {
         .collect();
     record.sample_time *= factor as f64;
     Some(format!(
-        "{} keeps nine tenths of its autocovariance for {stays} samples: means of {factor} are used, {:.6} samples \
-             per second ({} keeps all)",
+        "{} keeps nine tenths of its autocovariance for {stays} samples: means of {factor} are \
+             used, {:.6} samples per second ({} keeps all)",
         record.outputs.join(", "),
         1.0 / record.sample_time,
         setting("rate", format!("{before:.6}"))
     ))
 }
 
-/// The samples over which the autocovariance stays above [`AUTOCOVARIANCE_SHARE`] of that at one sample, where noise that is white has
-/// no part; at most a tenth of the record. A straight line, as an integrator makes of the mean of its input, counts for nothing.
-/// `None` where nothing moves.
+/// The number of samples over which the autocovariance stays above [`AUTOCOVARIANCE_SHARE`] of its value at a lag of one sample, which
+/// white noise does not affect; at most a tenth of the record. A straight line, the response of an integrator to the mean of its input, is
+/// removed first. `None` if the values are constant.
 fn stays(values: &[f64]) -> Option<usize> {
     let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
     let middle = (values.len().max(1) - 1) as f64 / 2.0;

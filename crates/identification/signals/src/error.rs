@@ -1,4 +1,4 @@
-//! Why data gives no record.
+//! Reasons why data gives no record.
 
 use std::{io, path::Path};
 
@@ -8,18 +8,18 @@ use thiserror::Error;
 use crate::resample::GridError;
 use crate::signal::SignalError;
 
-/// Why data gives no record, by who can mend it.
+/// Reasons why data gives no record, grouped by who can fix them.
 #[derive(Debug, Error)]
 pub enum SourceError {
-    /// The system does not read the file.
+    /// The operating system cannot read the file.
     #[error("{path} cannot be read")]
     Unreadable {
-        /// The file, as it was named.
+        /// The given path.
         path: String,
         /// The system's reason.
         source: io::Error,
     },
-    /// The data is not of its kind, or none of it can be read.
+    /// The data has the wrong format, or none of it can be read.
     #[error("{0}")]
     Data(String),
     /// The messages of a topic cannot be read.
@@ -30,28 +30,28 @@ pub enum SourceError {
         /// Why.
         reason: String,
     },
-    /// The data has no such signal, or the option does not apply to it.
+    /// The data has no such signal, or an option does not apply to it.
     #[error("{0}")]
     Request(String),
-    /// A table that is none.
+    /// An invalid table.
     #[error(transparent)]
     Table(#[from] csv::Error),
     /// A bag that is none.
     #[error(transparent)]
     Bag(#[from] ReadError),
-    /// A signal that is not written as one.
+    /// An invalid signal name.
     #[error(transparent)]
     Signal(#[from] SignalError),
-    /// Its samples make no record.
+    /// The samples do not form a record.
     #[error(transparent)]
     Grid(#[from] GridError),
-    /// Its samples make no record, and some could not be read.
+    /// The samples do not form a record, and some could not be read.
     #[error("{0} ({1})")]
     GridOf(GridError, String),
 }
 
 impl SourceError {
-    /// Of a file that the system does not read.
+    /// For a file that the operating system cannot read.
     pub(crate) fn unreadable(path: &Path) -> impl Fn(io::Error) -> Self + Copy {
         move |source| Self::Unreadable {
             path: path.display().to_string(),
@@ -60,10 +60,10 @@ impl SourceError {
     }
 }
 
-/// The size of a regular file, which is asked for before it is opened: a pipe would be waited for.
+/// The size of a regular file, checked before opening it: opening a pipe would wait.
 ///
 /// # Errors
-/// No file, or none that is regular.
+/// If the file does not exist or is not a regular file.
 pub(crate) fn size(path: &Path) -> Result<u64> {
     let about = std::fs::metadata(path).map_err(SourceError::unreadable(path))?;
     match about.is_file() {
@@ -75,10 +75,10 @@ pub(crate) fn size(path: &Path) -> Result<u64> {
     }
 }
 
-/// Names that [`listed`] lists at most.
+/// Maximum number of names listed by [`listed`].
 const LISTED: usize = 20;
 
-/// The first names of many, for an error.
+/// The first of many names, for an error message.
 pub(crate) fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     let mut names = names.into_iter();
     let first: Vec<&str> = names.by_ref().take(LISTED).collect();

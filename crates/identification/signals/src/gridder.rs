@@ -1,5 +1,5 @@
-//! Samples of one signal onto a uniform grid, as they come: the one way in which numbers get onto a grid, offline
-//! ([`crate::resample`]) and live ([`crate::live_grid`]).
+//! Resamples one signal to a uniform grid, sample by sample. All numbers are resampled here, offline ([`crate::resample`]) and live
+//! ([`crate::live_grid`]).
 //!
 //! ```text
 //! linear   y(t_k)                                     on the straight line between the samples before and after t_k
@@ -16,13 +16,13 @@ use planesman_record::Input;
 
 use crate::channel::Method;
 
-/// The instants `anchor + k step`, those wanted.
+/// The wanted instants among `anchor + k step`.
 #[derive(Clone, Debug)]
 pub(crate) struct Grid {
     anchor: i64,
     /// ns.
     pub(crate) step: f64,
-    /// The step, where it is whole: instants are exact then, however far they are.
+    /// The step, if it is a whole number: instants are then exact at any distance.
     whole: Option<i64>,
     pub(crate) first: i64,
     pub(crate) last: i64,
@@ -41,7 +41,7 @@ impl Grid {
         }
     }
 
-    /// Of that, the instants in a window of seconds from the anchor.
+    /// Limits the instants to a window of seconds from the anchor.
     pub(crate) fn within(self, window: &RangeInclusive<f64>) -> Self {
         // A rounding's worth beside the edges still counts as within.
         let index = |seconds: f64| seconds * 1e9 / self.step;
@@ -52,7 +52,7 @@ impl Grid {
         }
     }
 
-    /// The same, from so many instants earlier on.
+    /// The same grid, beginning this many instants earlier.
     pub(crate) fn reaching_back(self, instants: i64) -> Self {
         Self {
             first: self.first.saturating_sub(instants),
@@ -90,7 +90,7 @@ impl Grid {
     }
 }
 
-/// Where numbers go: a grid, and who takes them.
+/// The destination of numbers: a grid, and the callback that receives them.
 pub(crate) struct Onto<'a> {
     pub(crate) grid: &'a Grid,
     pub(crate) put: &'a mut dyn FnMut(Put),
@@ -99,29 +99,29 @@ pub(crate) struct Onto<'a> {
 /// Numbers on the grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Put {
-    /// At one instant; the mean over the interval that begins there, with its first moment, for the method mean.
+    /// At one instant; for the method mean, the mean over the interval that begins there, with its first moment.
     One(i64, Input),
     /// The same value at the instants from the first up to the second.
     Held(i64, i64, f64),
 }
 
-/// One signal on its way onto the grid.
+/// The state of resampling one signal.
 #[derive(Clone, Debug)]
 pub(crate) struct Gridder {
     method: Method,
     bin: Option<Bin>,
 }
 
-/// The mean of one interval, while it is made.
+/// The partial mean of one interval.
 #[derive(Clone, Debug)]
 struct Bin {
     k: i64,
-    /// The first value; means are taken about it, so that the mean of equal values is that value.
+    /// The first value; means are computed relative to it, so that the mean of equal values is exactly that value.
     base: f64,
-    /// Of `(value - base) weight`.
+    /// The sum of `(value - base) weight`.
     sum: f64,
     weight: f64,
-    /// The first moment so far. The base has none.
+    /// The partial first moment. The base does not contribute to it.
     moment: f64,
 }
 
@@ -151,12 +151,12 @@ impl Gridder {
         Self { method, bin: None }
     }
 
-    /// Forgets what an interval has been made of so far.
+    /// Discards the partial interval.
     pub(crate) fn forget(&mut self) {
         self.bin = None;
     }
 
-    /// The first sample, or the first after a gap.
+    /// Takes the first sample, or the first after a gap.
     pub(crate) fn begin(&mut self, sample: (i64, f64), onto: &mut Onto<'_>) {
         match self.method {
             Method::Linear => at_instant(sample, onto),
@@ -165,7 +165,7 @@ impl Gridder {
         }
     }
 
-    /// Two samples with no gap between. Of at most `most` instants between them something is put by the methods linear and foh.
+    /// Takes two samples with no gap between them. The methods linear and foh fill at most `most` instants between them.
     pub(crate) fn pair(
         &mut self,
         (t0, v0): (i64, f64),
@@ -200,7 +200,7 @@ impl Gridder {
         }
     }
 
-    /// The last sample, or the last before a gap.
+    /// Takes the last sample, or the last before a gap.
     pub(crate) fn end(&mut self, sample: (i64, f64), onto: &mut Onto<'_>) {
         let (stamp, value) = sample;
         match self.method {
@@ -219,8 +219,8 @@ impl Gridder {
         }
     }
 
-    /// `value` acts from `from` to `until`: it adds to the mean of each interval that it lies in, and an interval that it
-    /// covers to its end is done.
+    /// `value` acts from `from` to `until`: it adds to the mean of each interval in this time, and completes intervals that it covers to
+    /// the end.
     fn hold_over(&mut self, value: f64, from: i64, until: i64, onto: &mut Onto<'_>) {
         let grid = onto.grid;
         let (first, last) = (grid.at_or_before(from), grid.at_or_before(until));
@@ -231,7 +231,7 @@ impl Gridder {
         }
     }
 
-    /// Adds the part of `from` to `until` that lies in interval k to its mean: the value in its middle, and a slope per ns.
+    /// Adds the part of `from` to `until` in interval k to its mean: the value at its middle, and a slope per ns.
     fn add(
         &mut self,
         k: i64,
@@ -267,7 +267,7 @@ impl Gridder {
         }
     }
 
-    /// A sample adds to the mean about the instant that is nearest.
+    /// Adds a sample to the mean about the nearest instant.
     fn centred(&mut self, (stamp, value): (i64, f64), onto: &mut Onto<'_>) {
         let grid = onto.grid;
         let k = grid.at_or_before(stamp.saturating_add((0.5 * grid.step) as i64));

@@ -1,4 +1,4 @@
-//! Whether a signal is of one thing: which frame, joint or motor its numbers are of, from message to message.
+//! Checks that a signal always describes the same thing: the frame, joint or motor of its numbers, from message to message.
 
 use std::collections::BTreeMap;
 
@@ -7,42 +7,42 @@ use planesman_decode::{Decoder, FieldPath, Name, NameKind, Values};
 use crate::error::{Result, SourceError};
 use crate::signal::Signal;
 
-/// Names that are kept, and that are listed.
+/// Maximum number of names stored, and listed.
 const MOST_NAMES: usize = 1000;
 const LISTED: usize = 6;
 
-/// So many changes of a name, or one in so many messages, may be a frame that was renamed; more are two publishers, or two elements that
-/// change places.
+/// This many changes of a name, or one in this many messages, may be a renamed frame. More changes mean two publishers, or two elements
+/// that change places.
 const RENAMED: u64 = 2;
 const SELDOM: u64 = 1000;
 
-/// Where numbers tell things apart, or lists have no names, every so many messages at least must change for that to be another thing, and
-/// there are no more things than that: a number that counts up is none.
+/// If numbers distinguish things, or lists have no names: a change in at least every n-th message means different things, and there are at
+/// most n things; a number that counts up is not one.
 const EVERY: u64 = 10;
 const MOST_NUMBERS: usize = 32;
 
-/// The things that a signal's numbers were of.
+/// The things that a signal's numbers described.
 #[derive(Debug, Default)]
 pub(crate) struct Identity {
     messages: u64,
-    /// From the message inwards.
+    /// The levels, from the message inwards.
     levels: Vec<Level>,
 }
 
-/// A message or an element on the way to the number.
+/// A message or an element on the path to the number.
 #[derive(Debug, Default)]
 struct Level {
-    /// The steps of the path that lead there.
+    /// The number of path steps to this level.
     steps: usize,
     last: Name,
     changes: u64,
-    /// Messages of each name, but for those of the last since it came.
+    /// Number of messages of each name, except those of the last name since it came.
     names: BTreeMap<Name, u64>,
     since: u64,
 }
 
 impl Identity {
-    /// Takes what number `index` of a message is of.
+    /// Records what number `index` of a message describes.
     pub(crate) fn take(&mut self, decoder: &Decoder, index: usize, values: &Values) {
         self.messages += 1;
         for (place, (steps, name)) in decoder.identity(index, values).enumerate() {
@@ -77,10 +77,10 @@ impl Identity {
         }
     }
 
-    /// A note on a name that changed, where that may be right.
+    /// A note about a changed name, if the change may be legitimate.
     ///
     /// # Errors
-    /// When the numbers are now of one thing, now of another, with the signals to choose from.
+    /// If the numbers alternate between things; the message lists the signals to choose from.
     pub(crate) fn judge(&self, signal: &Signal) -> Result<Option<String>> {
         let often = |count: u64| count > RENAMED && count.saturating_mul(SELDOM) > self.messages;
         for level in self.levels.iter().filter(|it| it.changes > 0) {
@@ -109,7 +109,7 @@ impl Identity {
             }
             if !often(level.changes) {
                 return Ok(Some(format!(
-                    "{signal}: its name changed within the data; it is of '{}'",
+                    "{signal}: its name changed within the data; it is now '{}'",
                     names.join("' and of '")
                 )));
             }
@@ -135,8 +135,10 @@ impl Level {
         let changes = self.changes;
         if kind == NameKind::Counted {
             return format!(
-                "{signal}: the list has now {}, with {changes} changes, and no names: two publishers share {}, or its numbers change their \
-                 meaning; give each publisher a topic of its own ('ros2 run topic_tools relay', or a remap), as no message tells which is which",
+                "{signal}: the list now has {}, with {changes} changes, and no names: two \
+                 publishers share {}, or its numbers change their meaning; give each publisher a \
+                 separate topic ('ros2 run topic_tools relay', or a remap), as no message says \
+                 which is which",
                 few.join(", now "),
                 signal.topic()
             );
@@ -149,7 +151,8 @@ impl Level {
             format!("'{}:{path}'", signal.topic())
         });
         format!(
-            "{signal}: {what} now of {turns}, with {changes} changes, so that the signal is of several things; name one: {}",
+            "{signal}: {what} now of {turns}, with {changes} changes, so the signal mixes \
+             several things; choose one: {}",
             chosen.collect::<Vec<_>>().join(" or ")
         )
     }

@@ -1,4 +1,4 @@
-//! What the samples of a topic or table show before a record is made of them: found as for a record, and told in the same words.
+//! Properties of the samples of a topic or table before a record is made from them, determined and worded as for a record.
 
 use crate::channel::{Change, Timing};
 use crate::clock::{ClockFollower, Followed};
@@ -10,18 +10,18 @@ use crate::spread::{LostDigits, Spreader};
 use crate::timing::Meter;
 use crate::unwrap::{Unwrap, Unwrapper};
 
-/// The stamps of a topic or table, in the order in which they come.
+/// The stamps of a topic or table, in the order of arrival.
 #[derive(Clone, Debug)]
 pub struct StampInspection {
     clock: ClockFollower,
     meter: Meter,
-    /// The first of them, up to where the clock goes back.
+    /// The first stamps, up to where the clock goes back.
     first: Vec<i64>,
     has_returned: bool,
     digits: DigitWatch,
 }
 
-/// Watches for stamps that lose digits, where the first come one by one; spreads them from there on.
+/// Detects stamps that lose digits, if the first come one by one; spreads them from there on.
 #[derive(Clone, Debug, Default)]
 struct DigitWatch {
     lost: Option<LostDigits>,
@@ -54,15 +54,15 @@ impl DigitWatch {
 /// What stamps show.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StampFindings {
-    /// How they lie in time, on a clock that goes on.
+    /// Timing of the samples on a continuous clock.
     pub timing: Timing,
     /// The share of intervals below a tenth of the mean, 0 to 1.
     pub bursts: f64,
-    /// Samples per second: those of bursts over the time between bursts.
+    /// Samples per second; for bursts, averaged over the time between bursts.
     pub rate: f64,
-    /// What has become of the clock, for people.
+    /// Findings about the clock, for people.
     pub clock: Vec<String>,
-    /// How a record spreads them, if it does.
+    /// How a record spreads the stamps, if it does.
     pub change: Option<Change>,
 }
 
@@ -79,7 +79,7 @@ impl Default for StampInspection {
 }
 
 impl StampInspection {
-    /// Takes a stamp, ns, with a number that is the same of equal messages, and hardly ever else.
+    /// Takes a stamp, ns, and a hash of the message's content.
     pub fn take(&mut self, stamp: i64, content: u64) {
         if !self.has_returned && self.first.len() < PRELUDE {
             self.first.push(stamp);
@@ -105,7 +105,7 @@ impl StampInspection {
         }
     }
 
-    /// What they show.
+    /// Returns the findings.
     #[must_use]
     pub fn finish(mut self) -> StampFindings {
         let meter = &mut self.meter;
@@ -136,11 +136,11 @@ impl StampInspection {
     }
 }
 
-/// The samples of one field, in the order in which they come.
+/// The samples of one field, in the order of arrival.
 #[derive(Clone, Debug, Default)]
 pub struct ValueInspection {
     first: Vec<(i64, f64)>,
-    /// What the first showed, once there are enough.
+    /// The finding from the first samples, once there are enough.
     known: Option<Known>,
 }
 
@@ -184,7 +184,7 @@ impl ValueInspection {
         });
     }
 
-    /// What is done to them as an output of a record, and what speaks for two things in turns.
+    /// The changes that a record makes to them as an output, and evidence of two alternating sources.
     #[must_use]
     pub fn finish(mut self) -> (Vec<Change>, Option<Mixture>) {
         if self.known.is_none() {

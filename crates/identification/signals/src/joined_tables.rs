@@ -1,6 +1,6 @@
-//! Several tables as one source: a signal is a column of one of them, and their rows are joined by time.
+//! Several tables as one source: a signal is a column of one of them, and rows are joined by time.
 //!
-//! Each table has a time of its own, in its own unit.
+//! Each table has its own time, in its own unit.
 
 use std::path::Path;
 
@@ -11,20 +11,20 @@ use crate::error::{Result, SourceError};
 use crate::request::{Reading, Request, Take, places};
 use crate::source::Source;
 
-/// Names of columns that are listed in an error at most.
+/// Maximum number of column names listed in an error.
 const LISTED: usize = 40;
 
-/// Tables that are joined by time.
+/// Tables joined by time.
 #[derive(Clone, Debug)]
 pub(crate) struct JoinedTables {
     tables: Vec<CsvSource>,
 }
 
 impl JoinedTables {
-    /// Opens the tables. A time that was asked for by its column is that of the tables that have such a column.
+    /// Opens the tables. A requested time column is used for the tables that have it.
     ///
     /// # Errors
-    /// As [`CsvSource::open`]; a column that no table has.
+    /// Like [`CsvSource::open`]; also if no table has the column.
     pub(crate) fn open<P: AsRef<Path>>(paths: &[P], time: &TableTime) -> Result<Self> {
         let by_itself = TableTime {
             column: None,
@@ -47,7 +47,7 @@ impl JoinedTables {
         }
     }
 
-    /// The table and the column of a signal: `COLUMN`, or `FILE:COLUMN` where several tables have it.
+    /// The table and the column of a signal: `COLUMN`, or `FILE:COLUMN` if several tables have it.
     fn find(&self, name: &str) -> Result<(usize, usize)> {
         let mut found = Vec::new();
         for (at, table) in self.tables.iter().enumerate() {
@@ -70,7 +70,8 @@ impl JoinedTables {
                     false => (file(first), file(second)),
                 };
                 return Err(SourceError::Request(format!(
-                    "'{name}' is a column of {first} and of {second}; write {first}:{name} or {second}:{name}"
+                    "'{name}' is a column of {first} and of {second}; write {first}:{name} or \
+                     {second}:{name}"
                 )));
             }
             [] => {}
@@ -142,9 +143,10 @@ impl Source for JoinedTables {
             let signals: Vec<(usize, usize)> =
                 here.map(|(signal, place)| (signal, place.1)).collect();
             if signals.is_empty() {
-                reading
-                    .notes
-                    .push(format!("{}: no signal is of it", table.path().display()));
+                reading.notes.push(format!(
+                    "{}: no signal comes from this table",
+                    table.path().display()
+                ));
                 continue;
             }
             let rows = table.rows(signals, requests, &mut reading)?;

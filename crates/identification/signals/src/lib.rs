@@ -4,14 +4,14 @@
 //! Source (bag, CSV table, log, columns) -> Resampler -> Record        messages -> LiveGrid -> Aligner -> Sample
 //! ```
 //! - [`Signal`]: `TOPIC:FIELD`, one number of one message.
-//! - [`Source`]: samples of any signals, streamed; [`open`] makes one of files, [`ColumnSource`] of columns in memory.
+//! - [`Source`]: samples of any signals, streamed. [`open`] reads files, [`ColumnSource`] columns in memory.
 //! - [`Meter`], [`Timing`]: rate, jitter, gaps and duplicates of stamps.
 //! - [`Resampler`], [`read_record`]: samples on a grid, as a record of `planesman_record`.
-//! - [`read_samples`]: samples at their own stamps, on no grid.
-//! - [`prepare`]: outliers, segments by excitation, trends and zeros in front, each a [`Step`] that says what was done.
-//! - [`LiveGrid`], [`Aligner`]: the same for samples that arrive, inputs and outputs paired by stamp.
+//! - [`read_samples`]: samples at their original stamps, without a grid.
+//! - [`prepare`]: outliers, segments by excitation, trends and inserted zeros, each a [`Step`] with a sentence on the result.
+//! - [`LiveGrid`], [`Aligner`]: the same for samples as they arrive, with inputs and outputs paired by stamp.
 //!
-//! Inside: `clock` makes one time of stamps that go back, `gridder` puts samples on the grid.
+//! Internally `clock` makes a continuous time from stamps that go back, and `gridder` resamples.
 
 mod ahead;
 mod align;

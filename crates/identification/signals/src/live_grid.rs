@@ -1,14 +1,13 @@
-//! Live resampling of signals with different stamps to one grid: [`crate::gridder`]'s numbers, output by the method linear, input by
-//! the method mean, for samples of which the next is not known yet. The instants are whole intervals from the first output's
-//! stamp.
+//! Live resampling of signals with different stamps to one grid: like [`crate::gridder`], output by the method linear, input by the method
+//! mean, but the next sample is not known yet. The instants are at whole intervals from the first output's stamp.
 //!
-//! - **An output** is given as soon as the sample after it has come; across an interval longer than a gap, or
-//!   marked as broken, nothing is invented.
-//! - **An input** acts until the next, and in want of one until eight intervals before the newest output: a
-//!   setpoint that is sent when it changes is known until it changes. What comes later than that is left out, so arrival
-//!   orders that differ by less give the same numbers.
-//! - **Time going back** by more than the aligner's window, twice in a row, begins both anew on the same grid, with
-//!   the input of the new time that overtook the output.
+//! - **An output** is passed on as soon as the sample after it has come. Intervals longer than a gap, or marked as broken, are not
+//!   interpolated.
+//! - **An input** acts until the next one, and without a next one until eight intervals before the newest output. So a setpoint that is
+//!   sent only when it changes is known until it changes. Inputs that come later are left out, so arrival orders that differ by less give
+//!   the same numbers.
+//! - **Time going back** by more than the aligner's window, twice in a row, restarts both on the same grid, with the input of the new time
+//!   if it came before the output.
 //!
 //! Memory is bounded by a thousand intervals, whatever the stamps.
 
@@ -20,13 +19,13 @@ use crate::align::WINDOW;
 use crate::channel::Method;
 use crate::gridder::{Grid, Gridder, Onto, Put};
 
-/// Intervals that an input is waited for behind the newest output: half of what the aligner waits.
+/// How long to wait for an input behind the newest output, in intervals: half of the aligner's wait.
 const PATIENCE: i64 = WINDOW / 2;
 
-/// Intervals filled at once or kept at most; beyond is a gap.
+/// Maximum number of intervals filled at once or stored; more is a gap.
 const MAX_INTERVALS: i64 = 1000;
 
-/// Stamps beyond this, ns (146 years from the epoch), are left out: differences fit 64 bits.
+/// Stamps beyond this, ns (146 years from the epoch), are left out, so that differences fit 64 bits.
 const FARTHEST: i64 = 1 << 62;
 
 /// One number on the grid.
@@ -46,31 +45,31 @@ impl GridSample {
     }
 }
 
-/// Two signals on their way onto the grid.
+/// The state of resampling two signals.
 #[derive(Clone, Debug)]
 pub struct LiveGrid {
     /// T, ns.
     period: i64,
-    /// The longest interval between two outputs that is no gap, ns.
+    /// The longest interval between two outputs that is not a gap, ns.
     max_gap: i64,
-    /// Laid through the first output.
+    /// The grid through the first output.
     grid: Option<Grid>,
     line: Gridder,
     mean: Gridder,
     /// The last output sample.
     output: Option<(i64, f64)>,
-    /// The last one that was of an earlier time.
+    /// The last output with an earlier time.
     old: Option<i64>,
-    /// The input that acts, and up to when it has been counted.
+    /// The current input, and the time up to which it has been counted.
     held: Option<(i64, f64)>,
-    /// The last input that was of an earlier time.
+    /// The last input with an earlier time.
     old_input: Option<(i64, f64)>,
-    /// Inputs over whole intervals, not yet given.
+    /// Inputs over whole intervals, not yet passed on.
     inputs: VecDeque<(i64, Input)>,
 }
 
 impl LiveGrid {
-    /// A grid before its first sample; both in ns.
+    /// A grid before its first sample; `period` and `max_gap` in ns.
     #[must_use]
     pub fn new(period: i64, max_gap: i64) -> Self {
         let period = period.max(1);
@@ -88,7 +87,7 @@ impl LiveGrid {
         }
     }
 
-    /// Takes an output; where `broken`, nothing is said of the interval before it. `None` when it is left out.
+    /// Takes an output. If `broken`, the interval before it is not interpolated. `None` if it is left out.
     pub fn output(&mut self, stamp: i64, value: f64, broken: bool) -> Option<Vec<GridSample>> {
         if stamp.saturating_abs() >= FARTHEST {
             return None;
@@ -124,7 +123,7 @@ impl LiveGrid {
         Some(given)
     }
 
-    /// Takes an input. `None` when it is left out.
+    /// Takes an input. `None` if it is left out.
     pub fn input(&mut self, stamp: i64, value: f64) -> Option<Vec<GridSample>> {
         if stamp.saturating_abs() >= FARTHEST {
             return None;
@@ -144,7 +143,7 @@ impl LiveGrid {
         Some(given)
     }
 
-    /// Says that nothing more will come: the last input acts until the last output.
+    /// Ends the data: the last input acts until the last output.
     pub fn finish(&mut self) -> Vec<GridSample> {
         if let Some((last, _)) = self.output {
             self.hold_to_instant(last);
@@ -164,15 +163,14 @@ impl LiveGrid {
         }
     }
 
-    /// Lets the input act up to the last instant before then: how far it is waited for shall not show in the rounding of an
-    /// interval.
+    /// Extends the input up to the last instant before `until`: the length of the wait must not affect the rounding of an interval.
     fn hold_to_instant(&mut self, until: i64) {
         if let Some(grid) = &self.grid {
             self.hold_until(grid.time(grid.at_or_before(until)));
         }
     }
 
-    /// Lets the input act until then, and keeps what that makes of whole intervals.
+    /// Extends the input to `until`, and stores the complete intervals.
     fn hold_until(&mut self, until: i64) {
         let (Some(grid), Some((since, value))) = (&self.grid, self.held) else {
             return;
@@ -199,7 +197,7 @@ impl LiveGrid {
         self.inputs.drain(..spare);
     }
 
-    /// Gives the inputs that the outputs have come near to, all in the order of their stamps.
+    /// Passes on the inputs that the outputs have nearly reached, in the order of their stamps.
     fn give_inputs(&mut self, given: &mut Vec<GridSample>) {
         let Some((newest, _)) = self.output else {
             return;

@@ -1,7 +1,7 @@
 //! Samples from logs of vehicles: PX4's ULog, ArduPilot's DataFlash, telemetry of MAVLink, MOOS. Each is a row of [`KINDS`].
 //!
-//! A topic is what the log calls a message or variable. Where several senders or instances have one, it is told which: `IMU[0]`, or
-//! `ATTITUDE[1.1]` of the system and the component. Each format has a [`LogReader`]; what is damaged is passed over and noted.
+//! A topic is a message or variable of the log. If several senders or instances send one, the topic has their label: `IMU[0]`, or
+//! `ATTITUDE[1.1]` for system and component. Each format has a [`LogReader`]; damaged parts are skipped and noted.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
@@ -20,24 +20,24 @@ use crate::request::{PROGRESS_INTERVAL, Reading, Request, Take, places};
 use crate::source::{Source, SourceTopic};
 use crate::ulog::Ulog;
 
-/// Topics at most.
+/// Maximum number of topics.
 const TOPICS: usize = 1000;
 
-/// A reader, or what the file is not.
+/// A reader, or the reason why the file does not have the format.
 type Opened = std::result::Result<Box<dyn LogReader>, &'static str>;
 
-/// A kind of log: all that is to be known of it beside its reader.
+/// A kind of log, with everything except its reader's code.
 #[derive(Debug)]
 pub struct LogKind {
     /// Who writes it.
     pub writer: &'static str,
     /// The endings of its files.
     pub endings: &'static [&'static str],
-    /// Its name, which stands for the type of its messages.
+    /// The name of the format, used as the type of its messages.
     name: &'static str,
-    /// What its stamps are.
+    /// The meaning of its stamps.
     stamps: &'static str,
-    /// Makes a reader of a file, or says what the file is not.
+    /// Makes a reader for a file, or says why the file does not have the format.
     open: fn(File) -> io::Result<Opened>,
 }
 
@@ -55,7 +55,7 @@ static KINDS: [LogKind; 4] = [
         name: "DataFlash",
         stamps: SINCE_START,
         open: |file| {
-            let refusal = "no DataFlash log of ArduPilot: it does not begin with A3 95 80";
+            let refusal = "not a DataFlash log of ArduPilot: it does not begin with A3 95 80";
             Ok(DataFlash::of(file)?.map(boxed).ok_or(refusal))
         },
     },
@@ -82,7 +82,7 @@ fn boxed(reader: impl LogReader + 'static) -> Box<dyn LogReader> {
 }
 
 impl LogKind {
-    /// Every kind that is read.
+    /// All supported kinds.
     #[must_use]
     pub fn all() -> &'static [Self] {
         &KINDS
@@ -95,21 +95,21 @@ impl LogKind {
     }
 }
 
-/// Whether the name of a file has one of these endings, in capitals or not.
+/// Whether a file name has one of these endings, in upper or lower case.
 pub(crate) fn ends_in(path: &Path, endings: &[&str]) -> bool {
     let ending = path.extension().unwrap_or_default();
     endings.iter().any(|it| ending.eq_ignore_ascii_case(it))
 }
 
-/// Topic and labels, as the log has them.
+/// Topic and labels, as in the log.
 type Key = (String, [String; 2]);
 
 /// The signals of a topic with its labels.
 struct RequestedSignal<'a> {
     labels: &'a [String; 2],
-    /// Those of the last message.
+    /// The names of the last message's fields.
     names: Rc<[String]>,
-    /// Each signal's number, its field, and that field's place among the names.
+    /// For each signal its number, its field, and the field's place among the names.
     signals: Vec<(usize, &'a String, Option<usize>)>,
 }
 
@@ -128,7 +128,7 @@ impl LogSource {
     /// Reads the topics of the log of that kind at `path`.
     ///
     /// # Errors
-    /// A line with the path: no file, no log of its kind, no message.
+    /// One line with the path: no file, not a log of its kind, or no message.
     pub fn open(path: &Path, kind: &'static LogKind) -> Result<Self> {
         let name = path.display();
         let mut source = Self {
@@ -163,7 +163,7 @@ impl LogSource {
         })?;
         if found.is_empty() {
             return Err(SourceError::Data(format!(
-                "{name}: the log holds no message with a time and a number{}",
+                "{name}: the log contains no message with a time and a number{}",
                 source.told()
             )));
         }
@@ -193,7 +193,7 @@ impl LogSource {
         Ok(source)
     }
 
-    /// The notes of opening it, behind a colon.
+    /// The notes from opening the log, after a colon.
     fn told(&self) -> String {
         match &self.notes[..] {
             [] => String::new(),
@@ -201,7 +201,7 @@ impl LogSource {
         }
     }
 
-    /// Calls `take` with all messages, and where they end, until it returns false; returns what could not be read.
+    /// Calls `take` with every message and its end position, until `take` returns false; returns what could not be read.
     fn each(&self, take: &mut dyn FnMut(&LogMessage, u64) -> bool) -> Result<Vec<String>> {
         let unreadable = SourceError::unreadable(&self.path);
         let file = File::open(&self.path).map_err(unreadable)?;
@@ -231,7 +231,7 @@ impl LogSource {
                 .filter(|it| *it != topic && self.topics.contains_key(*it));
             return Err(SourceError::Request(match (&of_it[..], bare) {
                 ([], Some(bare)) => {
-                    format!("{name}: the log has but one '{bare}'; write {bare}:{field}")
+                    format!("{name}: the log has only one '{bare}'; write {bare}:{field}")
                 }
                 ([], None) => format!(
                     "{name}: the log has no such topic; it has {}{}{}",
@@ -240,7 +240,7 @@ impl LogSource {
                     self.told()
                 ),
                 (several, _) => format!(
-                    "{name}: the log has several of it: {}; name one",
+                    "{name}: the log has several: {}; choose one",
                     listed(several.iter().copied())
                 ),
             }));

@@ -1,9 +1,9 @@
-//! Telemetry logs of MAVLink (`.tlog`): for each frame the time of its reception, us since 1970, and the frame (mavlink.io, "Packet
+//! Telemetry logs of MAVLink (`.tlog`): each frame is preceded by the time of its reception, us since 1970 (mavlink.io, "Packet
 //! Serialization").
 //!
-//! What the bytes of a frame mean stands in no log. `mavlink.txt` holds it for 110 messages of the dialects minimal, standard, common and
-//! ardupilotmega: number, CRC seed, name, and the fields in the order of the wire, each behind its letter (as in Python's `struct`) and
-//! the elements of a list; `!` marks the field that tells instances apart.
+//! The log does not define the meaning of a frame's bytes. `mavlink.txt` defines 110 messages of the dialects minimal, standard, common and
+//! ardupilotmega. Each has number, CRC seed, name, and the fields in the order of the wire, with their letter (as in Python's `struct`) and
+//! the length of lists; `!` marks the field that distinguishes instances.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
@@ -16,16 +16,16 @@ use crate::log_message::{LogMessage, LogReader};
 
 const MESSAGES: &str = include_str!("mavlink.txt");
 
-/// The bytes of a stamp, and of the longest frame.
+/// The size of a stamp, and of the longest frame, bytes.
 const STAMP: usize = 8;
 const LONGEST: usize = 10 + 255 + 2 + 13;
 
-/// Numbers of unknown messages that are listed at most.
+/// Maximum number of unknown message numbers that are listed.
 const LISTED: usize = 10;
 
 struct Field {
     letter: u8,
-    /// Elements, of a list.
+    /// Number of elements, for a list.
     count: Option<usize>,
     at: usize,
     is_instance: bool,
@@ -42,7 +42,7 @@ struct Definition {
 /// The messages of a log.
 pub(crate) struct Telemetry {
     file: Ahead,
-    /// As far as they were needed.
+    /// Definitions that have been needed so far.
     known: BTreeMap<u32, Option<Rc<Definition>>>,
     unknown: BTreeSet<u32>,
     skipped: u64,
@@ -54,7 +54,7 @@ struct Frame {
     sender: (u8, u8),
     id: u32,
     payload: std::ops::Range<usize>,
-    /// It is of version 2, which cuts zeros off the end.
+    /// Whether the frame is of version 2, which omits zeros at the end.
     is_cut: bool,
     length: usize,
 }
@@ -70,7 +70,7 @@ impl Telemetry {
     }
 }
 
-/// The frame that the bytes begin with, behind its stamp.
+/// The frame at the beginning of the bytes, after its stamp.
 fn frame(bytes: &[u8]) -> Option<Frame> {
     let stamp = u64::from_be_bytes(*bytes.first_chunk()?);
     let stamp = i64::try_from(stamp).ok()?.checked_mul(1000)?;
@@ -97,7 +97,7 @@ fn frame(bytes: &[u8]) -> Option<Frame> {
     .filter(|it| it.length <= bytes.len())
 }
 
-/// The checksum of a frame without its first byte, and of the seed (X.25).
+/// The checksum of a frame without its first byte, including the seed (X.25).
 fn checksum(bytes: &[u8], seed: u8) -> u16 {
     bytes.iter().chain([&seed]).fold(0xffff, |crc: u16, byte| {
         let low = byte ^ (crc & 0xff) as u8;
@@ -189,7 +189,7 @@ impl LogReader for Telemetry {
         let mut notes = Vec::new();
         if self.skipped > 0 {
             notes.push(format!(
-                "{} bytes are of no frame: the log is damaged there, or cut off",
+                "{} bytes belong to no frame: the log is damaged there, or cut off",
                 self.skipped
             ));
         }

@@ -1,8 +1,8 @@
-//! Two things in one signal: the samples of two publishers in turns, where nothing in the messages tells them apart.
+//! Detects two sources in one signal: two publishers whose samples alternate, if nothing in the messages distinguishes them.
 //!
-//! A sample of the other course lies far from the samples before and behind it, which lie near each other. Of one publisher such a sample is an
-//! outlier: it has the place of a good one in time, and nothing in common with the next. Of two it is one more between two that are as far apart as
-//! ever, and the next of its kind lies near it.
+//! A sample of the second source lies far from the samples before and after it, which lie near each other. With one publisher such a sample
+//! is an outlier: it replaces a good one in time, and does not resemble the next outlier. With two publishers it is an additional sample
+//! between two at the usual distance, and the next of its kind lies near it.
 
 use std::fmt;
 
@@ -10,37 +10,37 @@ use serde::Serialize;
 
 use crate::quantile::median;
 
-/// Samples of which a few tell nothing.
+/// Fewer samples than this cannot reveal a mixture.
 const FEWEST: usize = 40;
 
-/// Samples that are looked at together.
+/// Number of samples examined together.
 const BLOCK: usize = 1000;
 
-/// A sample is off where those around it differ by less than this share of their distance from it.
+/// A sample is off if its neighbours differ by less than this share of their distance from it.
 const NEAR: f64 = 0.3;
 
-/// The share of samples that are off where two publishers take turns, one by one.
+/// The share of samples that are off if two publishers alternate one by one.
 const IN_TURN: f64 = 0.8;
 
-/// The share of samples that are those of a slower publisher, and how many there are at least.
+/// The minimum share of samples from a slower publisher, and their minimum number.
 const SLOWER: f64 = 0.02;
 const FEWEST_OF_SLOWER: usize = 10;
 
-/// One more sample between two that are no farther apart than so many usual intervals.
+/// An additional sample lies between two that are at most this many usual intervals apart.
 const ONE_MORE: f64 = 1.25;
 
-/// The share of a publisher's intervals that are near its usual one, and how near.
+/// The share of a publisher's intervals that must be near its usual one, and the tolerance.
 const MOST: f64 = 0.8;
 const EVEN: f64 = 0.25;
 
-/// Samples of two things in turns.
+/// Alternating samples of two sources.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Mixture {
-    /// Samples that were looked at.
+    /// Number of samples examined.
     pub samples: usize,
-    /// Those of them that are off the course of their neighbours.
+    /// Number of samples off the course of their neighbours.
     pub off: usize,
-    /// Two values in turn.
+    /// Two consecutive values, one of each source.
     pub values: [f64; 2],
 }
 
@@ -49,16 +49,17 @@ impl fmt::Display for Mixture {
         let [one, other] = self.values.map(planesman_text::number);
         write!(
             f,
-            "{} of {} samples in a row leave the course of those around them for a second one and come back, as {one} and \
-             {other} in turn: two sources seem to share it, as two publishers share a topic, and nothing tells which is which; record each \
-             under a name of its own (a remap, or 'ros2 run topic_tools relay')",
+            "{} of {} consecutive samples jump from the course of their neighbours to a second \
+             one and back, as {one} and {other} in turn: two sources seem to share it, as two \
+             publishers share a topic, and nothing tells which is which; record each under a \
+             separate name (a remap, or 'ros2 run topic_tools relay')",
             self.off, self.samples
         )
     }
 }
 
 impl Mixture {
-    /// Looks for one in samples that are sorted by their stamps.
+    /// Searches samples sorted by their stamps.
     pub(crate) fn find(samples: &[(i64, f64)]) -> Option<Self> {
         let off: Vec<usize> = (1..samples.len().saturating_sub(1))
             .filter(|at| is_off(samples, *at))
@@ -75,7 +76,7 @@ impl Mixture {
     }
 }
 
-/// Looks for a mixture in the samples of one signal, block by block, until one is found.
+/// Searches the samples of one signal block by block for a mixture, until one is found.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Mixtures {
     block: Vec<(i64, f64)>,
@@ -94,7 +95,7 @@ impl Mixtures {
         }
     }
 
-    /// Looks at what has come.
+    /// Examines the last block.
     pub(crate) fn finish(&mut self) {
         self.block.sort_by_key(|it| it.0);
         self.found = self.found.or_else(|| Mixture::find(&self.block));
@@ -111,7 +112,7 @@ fn is_off(samples: &[(i64, f64)], at: usize) -> bool {
     nearest > 0.0 && distance(samples, at - 1, at + 1) <= NEAR * nearest
 }
 
-/// Whether there are more than two values: a switch that is sent when it changes has two, in turn.
+/// Whether there are more than two values: a switch that is sent when it changes has two, alternating.
 fn has_levels(samples: &[(i64, f64)]) -> bool {
     let mut others = samples.iter().filter(|it| it.1 != samples[0].1);
     let other = others.next();
@@ -133,7 +134,7 @@ fn are_even(intervals: &[f64]) -> bool {
     near.count() as f64 >= MOST * intervals.len() as f64
 }
 
-/// Whether samples that are off are one more between two, at an even rate, and on a course of their own.
+/// Whether samples that are off are additional, at an even rate, and on a separate course.
 fn has_a_slower_one(samples: &[(i64, f64)], off: &[usize]) -> bool {
     let between = |one: usize, other: usize| (samples[other].0 - samples[one].0) as f64;
     let mut is_near_off = vec![false; samples.len()];

@@ -13,7 +13,7 @@ use crate::log_source::{LogKind, LogSource, ends_in};
 use crate::request::Clock;
 use crate::source::Source;
 
-/// Where data lies, and how its time is read.
+/// The location of data, and how its time is read.
 #[derive(Clone, Debug)]
 pub struct Data {
     /// A bag folder, a metadata.yaml, one or several .mcap or .db3 files of a split bag, tables ([`TABLES`]), or a log ([`LogKind::all`]).
@@ -22,7 +22,7 @@ pub struct Data {
     pub stamp: Option<Clock>,
     /// How the time of a table is read.
     pub time: TableTime,
-    /// Bytes that the chunks of each file of a bag may unpack to in all; `None` without a limit.
+    /// The maximum number of bytes to which the chunks of each file of a bag may unpack; `None` without a limit.
     pub most_unpacked: Option<u64>,
 }
 
@@ -43,8 +43,8 @@ pub fn is_record(path: &Path) -> bool {
     is_table(path) || LogKind::of(path).is_some()
 }
 
-/// Whether a file of a folder is data by itself, by its ending: a bag's file, a table or a log. A packed file beside the same unpacked is
-/// no other data.
+/// Whether a file in a folder is data by itself, by its ending: a bag's file, a table or a log. A compressed copy of an uncompressed file
+/// next to it does not count.
 #[must_use]
 pub fn is_data(path: &Path) -> bool {
     let unpacked = path.with_extension("");
@@ -52,8 +52,8 @@ pub fn is_data(path: &Path) -> bool {
     (is_bag_file(path) && !is_again) || is_record(path)
 }
 
-/// A kind of file that is known and not read: its endings, the bytes with which it begins, its name, and what makes of FILE a NEW one that is read:
-/// a command, or what is to be done.
+/// A known kind of file that is not read: its endings, its first bytes, its name, and a command or an instruction that converts FILE to
+/// NEW.
 type Foreign = (
     &'static [&'static str],
     &'static [&'static [u8]],
@@ -78,11 +78,12 @@ const FRAMES: Remedy = Command(
     r#"python -c "import can, cantools, pandas; d = cantools.database.load_file('SIGNALS.dbc'); ids = {m.frame_id for m in d.messages}; pandas.DataFrame({'time': m.timestamp, **d.decode_message(m.arbitration_id, m.data, decode_choices=False)} for m in can.LogReader('FILE') if m.arbitration_id in ids).to_csv('NEW.csv', index=False)""#,
 );
 
-/// The first two are known by their text too.
+/// The first two are also recognised by their text.
 #[rustfmt::skip]
 const FOREIGN: [Foreign; 23] = [
-    (&["blf", "trc"], &[b"LOGG", b";$FILEVERSION"], "a log of CAN frames, whose bytes are no signals yet", FRAMES),
-    (&[], &[], "what `ros2 topic echo` prints", Words("record a bag, `ros2 bag record TOPIC`, or print a table, `ros2 topic echo --csv TOPIC > NEW.csv`")),
+    (&["blf", "trc"], &[b"LOGG", b";$FILEVERSION"], "a log of CAN frames, whose bytes are not yet \
+        signals", FRAMES),
+    (&[], &[], "the output of `ros2 topic echo`", Words("record a bag, `ros2 bag record TOPIC`, or print a table, `ros2 topic echo --csv TOPIC > NEW.csv`")),
     (&["mat"], &[b"MATLAB 5.0"], "a MATLAB file", Command(r#"python -c "import scipy.io, pandas; pandas.DataFrame({k: v.ravel() for k, v in scipy.io.loadmat('FILE').items() if k[0] != '_'}).to_csv('NEW.csv', index=False)""#)),
     (&["mat"], &[b"MATLAB 7.3"], "a MATLAB file of version 7.3", OF_HDF5),
     (&["xlsx", "xls", "ods"], &[], "a spreadsheet", Command(r#"python -c "import pandas; pandas.read_excel('FILE').to_csv('NEW.csv', index=False)""#)),
@@ -106,16 +107,16 @@ const FOREIGN: [Foreign; 23] = [
     (&["zip"], &[b"PK\x03\x04"], "packed", Command("unzip FILE")),
 ];
 
-/// Bytes of a file by which its kind is told.
+/// Number of bytes by which a file's kind is recognised.
 const BEGINNING: u64 = 4096;
-/// Letters that tell of a kind only where a control character is among so many bytes.
+/// Letters identify a kind only if there is a control character among this many bytes.
 const LETTERS: usize = 6;
 const TEXT: usize = 64;
 
-/// The share of lines that are a key with its value where messages are printed.
+/// The share of lines that are a key with its value in printed messages.
 const KEYS: f64 = 0.6;
 
-/// The kind of a file, if it is known and not read: by its text, its first bytes or its ending.
+/// The kind of a file, if it is known but not read: by its text, its first bytes or its ending.
 fn foreign(path: &Path) -> Option<&'static Foreign> {
     let mut bytes = Vec::new();
     // A file that cannot be read is refused when it is opened.
@@ -141,7 +142,7 @@ fn foreign(path: &Path) -> Option<&'static Foreign> {
         .or_else(|| FOREIGN.iter().find(is_called))
 }
 
-/// Whether the text is that of CAN frames: with the base of their numbers, as Vector's tools write it, or as candump does,
+/// Whether the text contains CAN frames: with the base of their numbers, as from Vector's tools, or as from candump,
 /// `(1436509052.249713) can0 044#2A36`.
 fn are_frames(text: &str) -> bool {
     let mut lines = text.lines().map(str::trim_start);
@@ -156,7 +157,7 @@ fn are_frames(text: &str) -> bool {
     lines.clone().take(10).any(is_base) || lines.next().is_some_and(is_frame)
 }
 
-/// Whether the text is that of messages in YAML, parted by `---`.
+/// Whether the text contains messages in YAML, separated by `---`.
 fn are_messages(text: &str) -> bool {
     let lines = || {
         text.lines()
@@ -178,7 +179,7 @@ fn are_messages(text: &str) -> bool {
         && !text.starts_with("rosbag2_bagfile_information")
 }
 
-/// Why a file of that kind is not read, and what makes of it one that is.
+/// Why a file of that kind is not read, and how to convert it.
 fn refusal(kind: &Foreign, path: &Path) -> String {
     let (file, new) = (
         path.display().to_string(),
@@ -195,7 +196,7 @@ fn refusal(kind: &Foreign, path: &Path) -> String {
 /// Opens the data.
 ///
 /// # Errors
-/// One line: what is no bag or table, with its path.
+/// One line with the path, if it is neither a bag nor a table or log.
 pub fn open(data: &Data) -> Result<Box<dyn Source>> {
     let exists = |path: &&PathBuf| path.is_file();
     if let Some((path, kind)) =
@@ -209,7 +210,7 @@ pub fn open(data: &Data) -> Result<Box<dyn Source>> {
         (paths @ [first, others @ ..], _) if paths.iter().all(is_csv) => {
             if data.stamp.is_some() {
                 return Err(SourceError::Request(format!(
-                    "{} is for bags; a table's time is its column's ({})",
+                    "{} is for bags; a table's time is in its column ({})",
                     option("stamp"),
                     option("time")
                 )));
@@ -222,7 +223,7 @@ pub fn open(data: &Data) -> Result<Box<dyn Source>> {
         ([path], Some(kind)) => {
             if data.stamp.is_some() || data.time != TableTime::default() {
                 return Err(SourceError::Request(format!(
-                    "a log has its own stamps: neither {} nor {}, {} and {} apply",
+                    "a log has its own stamps: {}, {}, {} and {} do not apply",
                     option("stamp"),
                     option("time"),
                     option("time_unit"),
@@ -232,21 +233,30 @@ pub fn open(data: &Data) -> Result<Box<dyn Source>> {
             Ok(Box::new(LogSource::open(path, kind)?))
         }
         (paths, log) if log.is_some() || paths.iter().any(is_csv) => Err(SourceError::Request(
-            "tables are joined with tables only, and a log stands alone: no bag or log is taken beside them".to_owned(),
+            "tables can be joined only with tables, and a log must be alone: leave out the bag or \
+             log"
+            .to_owned(),
         )),
         _ if data.time != TableTime::default() => Err(SourceError::Request(format!(
-            "{} is for .csv files, as {} and {} are; a bag has stamps ({})",
+            "{}, like {} and {}, is for .csv files; a bag has stamps ({})",
             option("time"),
             option("time_unit"),
             option("sample_time"),
             option("stamp")
         ))),
         (paths, _) => match BagSource::open(paths, data.stamp, data.most_unpacked) {
-            Err(SourceError::Bag(error @ ReadError::NotABag { .. })) => Err(SourceError::Data(format!(
-                "{error}; a table is a .{}, a log a .{}",
-                TABLES.join(", ."),
-                LogKind::all().iter().flat_map(|it| it.endings).copied().collect::<Vec<_>>().join(", .")
-            ))),
+            Err(SourceError::Bag(error @ ReadError::NotABag { .. })) => {
+                Err(SourceError::Data(format!(
+                    "{error}; a table is a .{}, a log a .{}",
+                    TABLES.join(", ."),
+                    LogKind::all()
+                        .iter()
+                        .flat_map(|it| it.endings)
+                        .copied()
+                        .collect::<Vec<_>>()
+                        .join(", .")
+                )))
+            }
             opened => Ok(Box::new(opened?)),
         },
     }

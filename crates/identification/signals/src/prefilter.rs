@@ -1,18 +1,17 @@
-//! A band of frequencies: the same Butterworth filters for every signal, so that the model between them stays.
+//! A frequency band: the same Butterworth filters for every signal, so that the model between them does not change.
 //!
-//! Each edge is a filter of second order (bilinear transform, its edge kept), forwards in time: 3 dB less at the edge, 40 dB
-//! per decade beyond. The filters begin in the steady state of the first sample, and what they need to settle is left out.
+//! Each edge is a causal filter of second order (bilinear transform with the edge preserved): -3 dB at the edge, 40 dB per decade beyond.
+//! The filters begin in the steady state of the first sample, and their settling time is left out.
 
 use planesman_record::{Record, filter};
 
-/// The part of 1/f until the transient of a filter with the edge f has fallen to a twentieth.
+/// The time, in parts of 1/f, until the transient of a filter with the edge f has fallen to a twentieth.
 const SETTLING_PERIODS: f64 = 0.7;
 
-/// Edges of a band, Hz: 0 and infinity for none.
+/// Edges of a band, Hz: 0 and infinity if open.
 pub type Band = (f64, f64);
 
-/// Why a record cannot be filtered to a band: an edge that its sampling rate does not reach, or segments that end before
-/// the filters have settled.
+/// Why a record cannot be filtered to a band: its sampling rate does not reach an edge, or segments end before the filters have settled.
 #[must_use]
 pub fn unreachable(record: &Record, band: Band) -> Option<String> {
     let edges = edges(band);
@@ -32,7 +31,7 @@ pub fn unreachable(record: &Record, band: Band) -> Option<String> {
     })
 }
 
-/// Filters every signal to the band; what was done, in a sentence.
+/// Filters every signal to the band; returns a sentence on the result.
 pub(crate) fn prefilter(record: &mut Record, band: Band) -> String {
     let lead = lead(record, band);
     let low_pass = band
@@ -65,7 +64,8 @@ pub(crate) fn prefilter(record: &mut Record, band: Band) -> String {
         _ => format!("below {} Hz pass", band.1),
     };
     format!(
-        "frequencies {passed}; the first {:.6} s of each segment, in which the filters settle, are left out",
+        "frequencies {passed}; the first {:.6} s of each segment, in which the filters settle, \
+         are left out",
         lead as f64 * record.sample_time
     )
 }

@@ -1,14 +1,14 @@
-//! Preparation of a record before a model is identified. Each step says what it found and did.
+//! Prepares a record for identification. Each step reports what it found and did.
 //!
-//! - **Outliers** are samples far from the median of those around them (Hampel's test) and from the line between them, in runs of at most two. How far is far
-//!   is a fifth of the signal's own range at least, and a multiple of what is usual in that signal: for an output, apart for samples that the input has just moved and for
-//!   the others, so that a response to a pulse is none.
-//! - **Prefiltering** passes a band of frequencies of every signal.
+//! - **Outliers** are samples far from the median of their neighbours (Hampel's test) and from the line between them, in runs of at most
+//!   two. The threshold is at least a fifth of the signal's own range, and a multiple of the signal's usual distance. For an output the
+//!   usual distance is computed separately for samples just after a change of the input, so that a response to a pulse is not an outlier.
+//! - **Prefiltering** applies a frequency band to every signal.
 //! - **A segment by excitation** is the longest part of each segment in which the input moves, with what it does
 //!   afterwards.
-//! - **Detrending** subtracts from each signal of each segment its mean, or the straight line that is nearest to it.
-//! - **Prewindowing** puts zeros in front of each segment: rows of the difference equation then begin with its first sample
-//!   (Brunner 1988, ch. V.F).
+//! - **Detrending** subtracts from each signal of each segment its mean, or the least-squares straight line.
+//! - **Prewindowing** inserts zeros before each segment: rows of the difference equation then begin with its first sample (Brunner 1988,
+//!   ch. V.F).
 
 use planesman_record::{Record, Segment, StraightLine};
 use planesman_text::{option, setting};
@@ -18,56 +18,56 @@ use crate::decimation::decimate;
 use crate::prefilter::{Band, prefilter};
 use crate::quantile::quantile;
 
-/// Samples on each side of the one that is compared with their median.
+/// Number of neighbours on each side in the median.
 const HAMPEL_SIDE: usize = 5;
 
-/// An outlier is this many times farther from the median than is usual of samples of its kind.
+/// An outlier is this many times farther from the median than usual samples of its kind.
 const OUTLIER_FACTOR: f64 = 6.0;
 
-/// The same for an input, which may be a row of pulses.
+/// The same for an input, which may consist of pulses.
 const INPUT_OUTLIER_FACTOR: f64 = 20.0;
 
-/// Samples after a change of the input, and at the beginning, that are of the other kind: the medians of that many are of what
-/// was before and after it.
+/// Number of samples after a change of the input, and at the beginning, that form a separate kind: their medians include values from before
+/// and after it.
 const RESPONSE_SAMPLES: usize = 2 * HAMPEL_SIDE;
 
-/// Fewer samples of a kind say nothing of what is usual.
+/// With fewer samples of a kind the usual distance is unknown.
 const MIN_SAMPLES_OF_KIND: usize = 50;
 
-/// The share of the signal's own range below which no distance does harm.
+/// Distances below this share of the signal's own range are harmless.
 const HARMLESS_SHARE: f64 = 0.2;
 
-/// The share of the samples of a kind that are as usual: a change moves one of the [`RESPONSE_SAMPLES`] samples behind it at least.
+/// The quantile of the distances that counts as usual: a change moves at least one of the [`RESPONSE_SAMPLES`] samples after it.
 const USUAL_SHARE: f64 = 0.95;
 
-/// Outliers in a row at most; more are no fault of a sensor.
+/// Maximum number of consecutive outliers; more are not a sensor fault.
 const MAX_OUTLIERS_IN_ROW: usize = 2;
 
-/// The share of the input's range by which it moves.
+/// A change of the input is at least this share of its range.
 const INPUT_CHANGE_SHARE: f64 = 0.02;
 
-/// A pause parts two segments if it is longer than so many samples, and than so many times what nine in ten changes of the
-/// input are apart.
+/// A pause separates two segments if it is longer than this many samples, and than this many times the distance within which nine in ten
+/// changes of the input follow each other.
 const MIN_PAUSE_SAMPLES: usize = 50;
 const MIN_PAUSE_FACTOR: usize = 2;
 
-/// The share of a signal's standard deviation that rounding may make.
+/// Changes below this share of a signal's standard deviation may be rounding.
 const ROUNDING_SHARE: f64 = 1e-9;
 
 planesman_text::choices! {
-    /// What becomes of outliers.
+    /// Treatment of outliers.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum Outliers {
         #[default]
         Outputs = "outputs": "Replace those of outputs by the straight line between their neighbours",
-        Report = "report": "Name them and use them",
+        Report = "report": "Report them and use them",
         Drop = "drop": "Replace those of inputs too",
         Keep = "keep": "Do not look for them",
     }
 }
 
 planesman_text::choices! {
-    /// Which part of each segment is used.
+    /// The part of each segment to use.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum SegmentChoice {
         #[default]
@@ -77,7 +77,7 @@ planesman_text::choices! {
 }
 
 planesman_text::choices! {
-    /// What is subtracted from each signal.
+    /// What to subtract from each signal.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum Trend {
         #[default]
@@ -87,25 +87,25 @@ planesman_text::choices! {
     }
 }
 
-/// What is asked for.
+/// The requested preparation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Preparation {
-    /// A record that is sampled far faster than it moves is decimated.
+    /// Whether to decimate a record that is sampled much faster than it moves.
     pub decimate: bool,
-    /// What becomes of outliers.
+    /// Treatment of outliers.
     pub outliers: Outliers,
-    /// The band of frequencies that passes, Hz.
+    /// The band of frequencies to keep, Hz.
     pub band: Option<Band>,
-    /// Which part is used.
+    /// The part of each segment to use.
     pub segment: SegmentChoice,
-    /// What is subtracted.
+    /// What to subtract.
     pub trend: Trend,
-    /// Zeros that are put in front of each segment.
+    /// Number of zeros inserted before each segment.
     pub prewindow: usize,
 }
 
 planesman_text::choices! {
-    /// What a step does.
+    /// The kind of a step.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
     #[serde(rename_all = "snake_case")]
     pub enum StepName {
@@ -113,18 +113,18 @@ planesman_text::choices! {
         Decimation = "decimation",
         /// Finds or replaces outliers.
         Outliers = "outliers",
-        /// Passes a band of frequencies.
+        /// Filters to a band of frequencies.
         Prefilter = "prefilter",
         /// Chooses a part.
         Segment = "segment",
         /// Subtracts a trend.
         Detrend = "detrend",
-        /// Puts zeros in front.
+        /// Inserts zeros before each segment.
         Prewindow = "prewindow",
     }
 }
 
-/// What was found and done.
+/// The findings and the action of a step.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Step {
     /// What it does.
@@ -133,7 +133,7 @@ pub struct Step {
     pub text: String,
 }
 
-/// Prepares a record. Where there is nothing to say, there is no step.
+/// Prepares a record. A step without findings is omitted.
 pub fn prepare(record: &mut Record, preparation: &Preparation) -> Vec<Step> {
     let mut steps = Vec::new();
     if preparation.outliers != Outliers::Keep {
@@ -163,8 +163,8 @@ pub fn prepare(record: &mut Record, preparation: &Preparation) -> Vec<Step> {
     steps
 }
 
-/// Why a record determines no model: an input or an output that never moves, an output that is the input times a number.
-/// At rest before it, a constant input is a step; an output that is expected to be static may be the input times a number.
+/// Why a record determines no model: an input or an output never moves, or the output is the input times a number. If the record was at
+/// rest before, a constant input is a step; an output that may be static may be the input times a number.
 #[must_use]
 pub fn without_dynamics(record: &Record, at_rest: bool, is_static: bool) -> Option<String> {
     let all = |signal: usize| {
@@ -184,11 +184,12 @@ pub fn without_dynamics(record: &Record, at_rest: bool, is_static: bool) -> Opti
             let help = match (is_input, first == 0.0) {
                 (false, _) => String::new(),
                 (true, false) => format!(
-                    "; where the output was at rest before the first sample, {} takes it for a step there",
+                    "; if the output was at rest before the first sample, {} makes it a step there",
                     option("at_rest")
                 ),
                 (true, true) => {
-                    "; a free motion alone has no gain: record the input that begins it, or one that moves"
+                    "; a free motion alone determines no gain: record the input that starts it, \
+                     or one that moves"
                         .to_owned()
                 }
             };
@@ -214,8 +215,8 @@ pub fn without_dynamics(record: &Record, at_rest: bool, is_static: bool) -> Opti
     let is_impulse = || ends() && outputs().next() == Some(&0.0);
     if is_proportional && record.samples() > 2 && is_impulse() {
         return Some(format!(
-            "{input} moves only in its first sample: {output} may be {input} times {:.6}, or the response to an impulse; {} takes it for an \
-             impulse from rest",
+            "{input} moves only in its first sample: {output} may be {input} times {:.6}, or the \
+             response to an impulse; {} makes it an impulse from rest",
             Short(gain),
             option("at_rest")
         ));
@@ -230,7 +231,8 @@ pub fn without_dynamics(record: &Record, at_rest: bool, is_static: bool) -> Opti
             false => String::new(),
         };
         format!(
-            "{output} is {input} times {:.6} plus {:.6} in every sample: there are no dynamics to identify; {} takes it for a static gain{feedback}",
+            "{output} is {input} times {:.6} plus {:.6} in every sample: there are no dynamics to \
+             identify; {} fits a static gain{feedback}",
             Short(gain),
             Short(y0 - gain * u0),
             setting("order", 0)
@@ -238,7 +240,7 @@ pub fn without_dynamics(record: &Record, at_rest: bool, is_static: bool) -> Opti
     })
 }
 
-/// Finds outliers, and replaces those that are to be.
+/// Finds outliers, and replaces them if requested.
 fn outliers(record: &mut Record, asked: Outliers) -> Vec<Step> {
     let mut steps = Vec::new();
     let has_moved: Vec<Vec<bool>> = record.segments.iter().map(moved).collect();
@@ -280,8 +282,8 @@ fn outliers(record: &mut Record, asked: Outliers) -> Vec<Step> {
         steps.push(Step {
             name: StepName::Outliers,
             text: format!(
-                "{name}: {count} sample{} far from those around, the first at {:.3} s{of_segment}: {:.4} where they are \
-                 about {:.4}; {done}",
+                "{name}: {count} sample{} far from the neighbours, the first at {:.3} \
+                 s{of_segment}: {:.4} where they are about {:.4}; {done}",
                 if count == 1 { "" } else { "s" },
                 at as f64 * record.sample_time,
                 Short(lists[segment][at]),
@@ -301,7 +303,7 @@ fn outliers(record: &mut Record, asked: Outliers) -> Vec<Step> {
     steps
 }
 
-/// The values of a signal, inputs counted first.
+/// The values of a signal; inputs are numbered first.
 fn values(segment: &Segment, signal: usize) -> &[f64] {
     let mut lists = segment.inputs.iter().chain(&segment.outputs);
     lists.nth(signal).map_or(&[], Vec::as_slice)
@@ -333,7 +335,7 @@ fn moved(segment: &Segment) -> Vec<bool> {
     (0..input.len()).map(has_moved).collect()
 }
 
-/// The places in each list that lie `factor` times farther from the median around them than is usual of their kind.
+/// The places in each list that lie `factor` times farther from the local median than is usual for their kind.
 fn far(lists: &[&[f64]], kinds: Option<&[Vec<bool>]>, factor: f64) -> Vec<Vec<usize>> {
     let kind = |list: usize, k: usize| kinds.is_some_and(|it| it[list][k]);
     let distances: Vec<Vec<f64>> = lists
@@ -397,8 +399,8 @@ fn far(lists: &[&[f64]], kinds: Option<&[Vec<bool>]>, factor: f64) -> Vec<Vec<us
         .collect()
 }
 
-/// How far a sample lies from the straight line between its neighbours, the next but one among them: on a smooth curve it
-/// lies near all of these.
+/// The distance of a sample from the straight lines between its neighbours, including the next but one: on a smooth curve all these
+/// distances are small.
 fn from_line(list: &[f64], k: usize) -> f64 {
     let line = |before: usize, after: usize| {
         let share = before as f64 / (before + after) as f64;
@@ -408,7 +410,7 @@ fn from_line(list: &[f64], k: usize) -> f64 {
     line(1, 1).max(line(1, 2)).max(line(2, 1))
 }
 
-/// The median of the samples around and at a place.
+/// The median of a sample and its neighbours.
 fn local_median(list: &[f64], k: usize) -> f64 {
     let around = &list[k.saturating_sub(HAMPEL_SIDE)..list.len().min(k + HAMPEL_SIDE + 1)];
     let mut copy = [0.0; 2 * HAMPEL_SIDE + 1];
@@ -428,7 +430,7 @@ fn range(values: &[f64]) -> f64 {
     (most - least).max(0.0)
 }
 
-/// Puts the straight line between the samples beside them in place of those at `places`.
+/// Replaces the samples at `places` by the straight line between their neighbours.
 fn bridge(list: &mut [f64], places: &[usize]) {
     let is_good = |k: &usize| places.binary_search(k).is_err();
     for place in places {
@@ -445,7 +447,7 @@ fn bridge(list: &mut [f64], places: &[usize]) {
     }
 }
 
-/// Keeps of each segment the longest part in which the first input moves; segments in which it does not are left out.
+/// Keeps of each segment the longest part in which the first input moves; segments in which it never moves are left out.
 fn excited_segment(record: &mut Record) -> Option<Step> {
     let all: Vec<f64> = record
         .segments
@@ -490,8 +492,8 @@ fn excited_segment(record: &mut Record) -> Option<Step> {
     })
 }
 
-/// The longest part of a segment in which its input keeps changing by `least`, from first sample up to end: between two changes
-/// lies no longer pause than the tail that is kept behind the last.
+/// The longest part of a segment in which its input keeps changing by `least`, from the first sample up to `end`. Pauses between changes
+/// are at most as long as the tail kept after the last change.
 fn moving_part(segment: &Segment, least: f64) -> Option<(usize, usize)> {
     let input = segment.inputs.first()?;
     let mut level = *input.first()?;
@@ -523,7 +525,7 @@ fn moving_part(segment: &Segment, least: f64) -> Option<(usize, usize)> {
     parts.max_by_key(|(first, end)| end - first)
 }
 
-/// Subtracts a mean or line from every signal of every segment; tells of the longest.
+/// Subtracts a mean or line from every signal of every segment; reports those of the longest.
 fn detrend(record: &mut Record, trend: Trend) -> Vec<Step> {
     let longest = (0..record.segments.len()).max_by_key(|it| record.segments[*it].len());
     let names: Vec<String> = record
@@ -569,7 +571,7 @@ fn detrend(record: &mut Record, trend: Trend) -> Vec<Step> {
     steps
 }
 
-/// Puts zeros in front of every segment.
+/// Inserts zeros before every segment.
 fn prewindow(record: &mut Record, count: usize) -> Step {
     for segment in &mut record.segments {
         segment.past.clear();
@@ -581,7 +583,7 @@ fn prewindow(record: &mut Record, count: usize) -> Step {
     }
     Step {
         name: StepName::Prewindow,
-        text: format!("{count} zeros are put in front of each segment"),
+        text: format!("{count} zeros are inserted before each segment"),
     }
 }
 

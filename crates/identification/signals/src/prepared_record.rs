@@ -11,30 +11,30 @@ use crate::request::{Reading, Request, Role};
 use crate::resample::{GridError, Options, Resampled, Resampler};
 use crate::source::Source;
 
-/// A grid this many times faster than an output would have numbers that nobody measured.
+/// A grid faster than an output by more than this factor would contain numbers that were never measured.
 const MAX_RATE_FACTOR: f64 = 1.05;
 
-/// An output of so many times the grid's rate is decimated.
+/// An output this many times faster than the grid is decimated.
 const DECIMATED_RATE_FACTOR: f64 = 1.9;
 
-/// The share of samples in wrong order that is told.
+/// The share of samples out of order that is reported.
 const LATE: f64 = 0.02;
 
-/// One of the sources of a record, as [`Segment::source`](planesman_record::Segment) counts them.
+/// One source of a record, numbered as in [`Segment::source`](planesman_record::Segment).
 #[derive(Clone, Debug, PartialEq)]
 pub struct SourceOfRecord {
     /// Its files.
     pub name: String,
-    /// The signals of it alone, inputs first, and how each came onto the grid.
+    /// The signals of this source alone, inputs first, and how each was resampled.
     pub channels: Vec<Channel>,
 }
 
 /// A record, and how it was made from data.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PreparedRecord {
-    /// The record, and how its signals came onto the grid.
+    /// The record, and how its signals were resampled.
     pub resampled: Resampled,
-    /// The sources, in the order in which they were read.
+    /// The sources, in the order of reading.
     pub sources: Vec<SourceOfRecord>,
     /// How the data was read.
     pub reading: Reading,
@@ -43,7 +43,7 @@ pub struct PreparedRecord {
 }
 
 impl PreparedRecord {
-    /// The same, followed by runs from another source.
+    /// This record, followed by runs from another source.
     #[must_use]
     pub fn followed_by(mut self, next: Self) -> Self {
         let (ours, mut theirs) = (&mut self.resampled, next.resampled);
@@ -63,7 +63,7 @@ impl PreparedRecord {
         self
     }
 
-    /// The same, prepared further.
+    /// This record, prepared further.
     #[must_use]
     pub fn prepared(mut self, preparation: &Preparation) -> Self {
         self.steps = decimation(&self.resampled);
@@ -112,11 +112,10 @@ impl PreparedRecord {
     }
 }
 
-/// Reads the named inputs and outputs of one source as a record, in one pass for all windows; `progress` is called with
-/// the bytes read.
+/// Reads the named inputs and outputs of one source as a record, in one pass for all windows; `progress` receives the number of bytes read.
 ///
 /// # Errors
-/// One line: a signal that is not there, data of which nothing can be read, signals without an instant in common.
+/// One line: a signal is missing, none of the data can be read, or the signals have no common time.
 pub fn read_record(
     source: &dyn Source,
     inputs: &[String],
@@ -193,7 +192,7 @@ pub fn read_record(
     })
 }
 
-/// Tells of outputs that are much faster than the grid.
+/// Reports outputs that are much faster than the grid.
 fn decimation(resampled: &Resampled) -> Vec<Step> {
     let rate = 1.0 / resampled.record.sample_time;
     let outputs = resampled.outputs.iter();
@@ -220,7 +219,7 @@ fn decimation(resampled: &Resampled) -> Vec<Step> {
     decimated.map(step).collect()
 }
 
-/// Checks that inputs and outputs are of one time, and that the grid is no finer than the outputs.
+/// Checks that inputs and outputs have a common time, and that the grid is not finer than the outputs.
 fn check_times(resampled: &Resampled, windows: &[Options]) -> Result<()> {
     for output in &resampled.outputs {
         let rate = 1.0 / resampled.record.sample_time;
@@ -228,8 +227,8 @@ fn check_times(resampled: &Resampled, windows: &[Options]) -> Result<()> {
         let is_asked = windows.iter().any(|it| it.rate.is_some());
         if is_asked && own > 0.0 && rate > MAX_RATE_FACTOR * own {
             return Err(SourceError::Request(format!(
-                "{} has {own:.6} samples per second, the grid is to have {rate:.6}: what lies between would be invented; \
-                 {} takes at most {own:.6}",
+                "{} has {own:.6} samples per second, but the grid would have {rate:.6} and so \
+                 contain values that were not measured; {} allows at most {own:.6}",
                 output.name,
                 option("rate")
             )));
@@ -246,8 +245,9 @@ fn check_times(resampled: &Resampled, windows: &[Options]) -> Result<()> {
                 };
                 let clock = setting("stamp", "log");
                 return Err(SourceError::Request(format!(
-                    "{} is known from {}, {} from {}: {:.3} s lie between them, so no input goes with any output; if their \
-                     stamps are of different clocks, {clock} takes the recorder's for both signals of a bag",
+                    "{} is known from {}, {} from {}, {:.3} s apart, so no input belongs to any \
+                     output; if their stamps come from different clocks, {clock} uses the \
+                     recorder's for both signals of a bag",
                     input.name,
                     seconds(ours),
                     output.name,
@@ -260,7 +260,7 @@ fn check_times(resampled: &Resampled, windows: &[Options]) -> Result<()> {
     Ok(())
 }
 
-/// Tells of samples that were left out, since their stamps are behind those in front of them.
+/// Reports samples that were left out because their stamps are earlier than those before them.
 fn check_order(resampled: &Resampled, reading: &mut Reading) -> Result<()> {
     for channel in resampled.inputs.iter().chain(&resampled.outputs) {
         let timing = &channel.timing;
@@ -273,7 +273,7 @@ fn check_order(resampled: &Resampled, reading: &mut Reading) -> Result<()> {
             continue;
         }
         let told = format!(
-            "{}: {late} of {all} samples are stamped before those in front of them",
+            "{}: {late} of {all} samples have earlier stamps than samples before them",
             channel.name
         );
         reading.clock.push(told + ", and are left out");
@@ -311,7 +311,7 @@ fn channel_description(channel: &Channel) -> String {
     }
     for (count, what) in [
         (timing.duplicates, "with a repeated stamp"),
-        (timing.late, "too late for their place in order"),
+        (timing.late, "too late to be sorted"),
         (timing.not_finite, "not finite"),
         (timing.absent, "without a value"),
     ] {

@@ -1,8 +1,8 @@
-//! Which of several publishers of a topic sent a message, where the bag tells: by its channel, and by the numbers that each publisher counts
-//! for itself.
+//! Finds which of several publishers of a topic sent a message, if the bag shows it: by its channel, and by the sequence numbers of each
+//! publisher.
 //!
-//! Messages of one publisher are numbered one by one; of two, each goes on from its own last. A number that was passed over, and comes
-//! late, is of the publisher that passed it over. Recorders that keep no numbers write 0.
+//! Messages of one publisher are numbered one by one; of two publishers each continues its own numbers. A skipped number that comes late
+//! belongs to the publisher that skipped it. Recorders without sequence numbers write 0.
 
 use std::collections::VecDeque;
 
@@ -12,15 +12,15 @@ use planesman_decode::path::Step;
 use crate::error::{Result, SourceError};
 use crate::signal::Signal;
 
-/// Publishers of a topic that are told apart, and numbers that may still come late.
+/// Maximum number of distinguished publishers of a topic, and of numbers that may still come late.
 const MOST: usize = 32;
 const LATE: usize = 64;
 
-/// Of so many messages at least, and of this share, a publisher is one; messages come back to one so often at least.
+/// A publisher must have at least this many messages and this share, and messages must return to it at least this often.
 const FEWEST: u64 = 10;
 const SHARE: f64 = 0.02;
 
-/// The publishers of one topic, counted as they are met.
+/// The publishers of one topic, numbered in the order of appearance.
 #[derive(Clone, Debug, Default)]
 pub struct Publishers {
     list: Vec<Publisher>,
@@ -29,12 +29,12 @@ pub struct Publishers {
 #[derive(Clone, Debug)]
 struct Publisher {
     channel: u16,
-    /// The latest number and when it came, ns.
+    /// The latest sequence number and its time, ns.
     number: u32,
     time: i64,
     /// The usual time between two, ns; 0 before it is known.
     interval: f64,
-    /// Numbers that were passed over.
+    /// Skipped numbers.
     passed: VecDeque<u32>,
 }
 
@@ -47,7 +47,7 @@ impl Publisher {
 }
 
 impl Publishers {
-    /// The publisher of a message with that number on the channel, received then: counted from 1.
+    /// The publisher, from 1, of a message with that number on the channel, received at that time.
     pub fn of(&mut self, channel: u16, number: u32, time: i64) -> usize {
         // Nearly all messages are of a topic with one publisher, and none is lost.
         if let [one] = &mut self.list[..]
@@ -103,7 +103,7 @@ impl Publishers {
         place + 1
     }
 
-    /// The path without the publisher that it begins with, `[publisher=2]`, and that.
+    /// The path without its prefix `[publisher=2]`, and the publisher in it.
     pub(crate) fn chosen(path: &FieldPath) -> (FieldPath, Option<usize>) {
         let Some((Step::Named(name), steps)) = path.steps.split_first() else {
             return (path.clone(), None);
@@ -118,13 +118,13 @@ impl Publishers {
     }
 }
 
-/// Whose messages a signal was in.
+/// The publishers of a signal's messages.
 #[derive(Clone, Debug, Default)]
 pub struct Senders {
-    /// The messages of each, counted from 1.
+    /// The number of messages of each publisher, from 1.
     counts: Vec<u64>,
     last: usize,
-    /// How often one has come again after another.
+    /// How often a publisher has sent again after another.
     returns: u64,
 }
 
@@ -143,7 +143,7 @@ impl Senders {
         self.last = publisher;
     }
 
-    /// The publishers that take turns, with the messages of each; none where there is but one.
+    /// The publishers that alternate, with the number of messages of each; empty if there is only one.
     #[must_use]
     pub fn in_turn(&self) -> Vec<(usize, u64)> {
         let all: u64 = self.counts.iter().sum();
@@ -158,10 +158,10 @@ impl Senders {
         }
     }
 
-    /// Checks that the signal is of one publisher.
+    /// Checks that the signal comes from one publisher.
     ///
     /// # Errors
-    /// The signals to choose from, where it is now of one, now of another; where the one that was chosen sends nothing.
+    /// If it alternates between publishers, with the signals to choose from, or if the chosen publisher sends nothing.
     pub(crate) fn judge(&self, signal: &Signal, chosen: Option<usize>) -> Result<()> {
         let topic = signal.topic();
         let (path, _) = Publishers::chosen(signal.path());
@@ -178,12 +178,12 @@ impl Senders {
                     false => listed,
                 };
                 Err(SourceError::Request(format!(
-                    "{signal}: the bag does not tell of a publisher {chosen} of {topic}; name {all}"
+                    "{signal}: the bag shows no publisher {chosen} of {topic}; choose one of {all}"
                 )))
             }
             None if !several.is_empty() => Err(SourceError::Request(format!(
-                "{signal}: the messages are now of one publisher, now of another, {} times, by their channels or numbers, so \
-                     that the signal is of several things; name one: {listed}",
+                "{signal}: the messages alternate between publishers {} times, by their channels \
+                     or numbers, so the signal mixes several things; choose one: {listed}",
                 self.returns
             ))),
             _ => Ok(()),

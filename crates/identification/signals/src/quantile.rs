@@ -1,6 +1,6 @@
 //! Quantiles of numbers.
 
-/// The value with that share of the others below it; 0 of none.
+/// The quantile with that share of the values below it; 0 for an empty list.
 pub(crate) fn quantile(values: &mut [f64], share: f64) -> f64 {
     if values.is_empty() {
         return 0.0;
@@ -9,7 +9,7 @@ pub(crate) fn quantile(values: &mut [f64], share: f64) -> f64 {
     *values.select_nth_unstable_by(place, f64::total_cmp).1
 }
 
-/// The median, the upper of two; 0 of none.
+/// The upper median; 0 for an empty list.
 pub(crate) fn median(values: &mut [f64]) -> f64 {
     if values.is_empty() {
         return 0.0;

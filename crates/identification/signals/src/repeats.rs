@@ -1,17 +1,17 @@
-//! The samples of a slow sensor in a fast log, where each is repeated until the next.
+//! Finds the samples of a slow sensor in a fast log, in which each is repeated until the next.
 
 use crate::channel::Change;
 
-/// New values from which the sensor's rate is found.
+/// Number of new values from which the sensor's rate is found.
 const FEWEST: usize = 10;
 
-/// The share of new values that come so many rows behind the one before, one row more or less.
+/// The share of new values that must come the same number of rows after the one before, within one row.
 const MOST: f64 = 0.85;
 
-/// The share of new values that are like no other: a switch has few.
+/// The share of new values that must be unique: a switch has few.
 const DISTINCT: f64 = 0.5;
 
-/// How many rows a value stands for on the mean, if each is repeated as often, one row more or less.
+/// The mean number of rows for each value, if each is repeated equally often, within one row.
 pub(crate) fn rows_per_sample(values: &[f64]) -> Option<f64> {
     let mut changes = vec![];
     for (row, pair) in values.windows(2).enumerate() {
@@ -38,13 +38,13 @@ pub(crate) fn rows_per_sample(values: &[f64]) -> Option<f64> {
     (levels.len() as f64 >= DISTINCT * changes.len() as f64).then_some(mean)
 }
 
-/// Leaves repeats out.
+/// Removes repeats.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Repeats {
-    /// Rows that a value stands for, on the mean.
+    /// The mean number of rows for each value.
     pub(crate) rows: f64,
     last: Option<f64>,
-    /// Rows since then.
+    /// Rows since the last new value.
     since: usize,
 }
 
@@ -57,7 +57,7 @@ impl Repeats {
         }
     }
 
-    /// What a record makes of them.
+    /// The change that a record makes to them.
     pub(crate) fn change(&self) -> Change {
         Change::RepeatsLeftOut { rows: self.rows }
     }

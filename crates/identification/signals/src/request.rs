@@ -1,4 +1,4 @@
-//! A request for signals of a bag or table, and the notes of reading it.
+//! A request for signals of a bag or table, and the notes from reading it.
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -8,15 +8,15 @@ use crate::time_unit::{JudgedUnit, Known, TimeUnit};
 use planesman_text::{number, option};
 use serde::Serialize;
 
-/// Rates that one expects of a log, Hz, and the one up to which seconds may be milliseconds.
+/// Plausible rates of a log, Hz; above the upper one, seconds may really be milliseconds.
 const PLAUSIBLE: RangeInclusive<f64> = 1e-3..=2e4;
 const SLOW: f64 = 0.1;
 
-/// Rates that speak for another unit, Hz.
+/// Rates that suggest another unit, Hz.
 const USUAL: RangeInclusive<f64> = 0.5..=1e4;
 
 planesman_text::choices! {
-    /// The clock whose stamps are taken.
+    /// The clock whose stamps are used.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
     #[serde(rename_all = "snake_case")]
     pub enum Clock {
@@ -52,7 +52,7 @@ impl Request {
     }
 }
 
-/// Checks that no signal is an input and an output: the model would be 1. `found` has what each request has led to.
+/// Checks that no signal is both an input and an output: the model would be 1. `found` has the place of each request.
 ///
 /// # Errors
 /// A sentence with the signal's name.
@@ -74,28 +74,28 @@ pub(crate) fn distinct<T: PartialEq>(requests: &[Request], found: &[T]) -> Resul
 /// Notes of reading.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Reading {
-    /// The stamps that were taken, for people.
+    /// The kind of stamps used, for people.
     pub stamps: String,
     /// Everything that could not be read, and why.
     pub notes: Vec<String>,
-    /// What was found of the clock that bears on a model: where it goes back, or seems to be of another unit.
+    /// Findings about the clock that affect a model: where it goes back, or seems to have another unit.
     pub clock: Vec<String>,
-    /// Signals that seem to be two things in turns.
+    /// Signals in which two sources seem to alternate.
     pub mixed: Vec<String>,
-    /// Whether the times may be wrong as a whole.
+    /// Whether all times may be wrong.
     pub is_time_doubtful: bool,
     /// The unit of the times, and how it is known.
     #[serde(skip)]
     pub(crate) unit: JudgedUnit,
-    /// By topic, how long after its own stamp the recorder received a message: the median, s.
+    /// By topic, the median delay from a message's stamp to its reception by the recorder, s.
     pub latencies: BTreeMap<String, f64>,
-    /// Of each signal that was asked for without the unit in its column's name, that name.
+    /// The full column name of each signal that was requested without its unit.
     #[serde(skip)]
     pub columns: BTreeMap<String, String>,
 }
 
 impl Reading {
-    /// Questions a unit of time that nobody named, by the rate that it gives, Hz.
+    /// Questions an assumed unit of time, by the rate that it gives, Hz.
     pub fn question_unit(&mut self, rate: f64) {
         let (how, is_doubtful) = match self.unit.known {
             Known::Likely(how) => (how, true),
@@ -116,7 +116,7 @@ impl Reading {
                 .then(|| format!(", in {} {} Hz", it.name(), number(rate)))
         });
         let told = format!(
-            "nobody names the unit of the times: in {}{how} the rate is {} Hz{} ({} names it)",
+            "the unit of the times is not given: in {}{how} the rate is {} Hz{} ({} sets it)",
             unit.name(),
             number(rate),
             others.collect::<String>(),
@@ -139,10 +139,10 @@ impl Reading {
 /// The interval of progress reports, in rows or messages.
 pub(crate) const PROGRESS_INTERVAL: u64 = 4096;
 
-/// Where each request leads to; that of an input and an output must differ, or the model would be 1.
+/// The place of each request; those of an input and an output must differ, or the model would be 1.
 ///
 /// # Errors
-/// As `find`; a sentence with the signal's name.
+/// Errors of `find`, or a sentence with the signal's name.
 pub(crate) fn places<T: PartialEq>(
     requests: &[Request],
     find: impl Fn(&Request) -> Result<T>,
@@ -152,5 +152,5 @@ pub(crate) fn places<T: PartialEq>(
     Ok(found)
 }
 
-/// Takes samples: the signal's number, its stamp in ns, its value if it has one. Returns whether more are wanted.
+/// Receives samples: the signal's number, its stamp in ns, its value if it has one. Returns whether more are wanted.
 pub type Take<'a> = dyn FnMut(usize, i64, Option<f64>) -> bool + 'a;

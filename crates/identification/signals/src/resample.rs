@@ -1,20 +1,18 @@
 //! Resampling of signals with different stamps to one uniform grid: a [`Record`].
 //!
-//! Signals are taken as they come, each roughly in the order of its stamps ([`ORDER`] samples are
-//! held back to put them right), in memory that grows with the record and not with what it is made from.
+//! Signals are processed as they come, roughly in the order of stamps ([`ORDER`] samples are delayed for sorting). The memory grows with
+//! the record, not with the data.
 //!
-//! - **The grid** begins at the first output's first sample, so that data which lies on a grid
-//!   is taken as it is. Its interval is what was asked for, or the median interval of the
-//!   slowest output among the first [`PRELUDE`] samples, the mean where they come in bursts; within half a per cent of a whole number of hertz or milliseconds that is taken,
-//!   unless the stamps lie on a grid of another.
-//! - **The methods** are [`Method`]'s. An input acts over the interval that begins at an instant;
-//!   the last sample before a gap is held to the end of its interval.
-//! - **A gap** of an output is an interval longer than `max_gap`, by default five median intervals of that signal
-//!   or two and a half of the grid, whichever is longer. Nothing is invented across it: the record's
-//!   segment ends, and another begins.
-//! - **A pause** of an input that is held (by the methods mean and hold) is none: a setpoint that is sent when it changes is known until it
-//!   changes. Each sample acts until the next, the last as long as there are outputs; how long the longest had to act is in
-//!   [`Channel::held`]. A `max_gap` that is given makes gaps of such pauses too.
+//! - **The grid** begins at the first output's first sample, so that data on a grid is not changed. Its interval is the requested one, or
+//!   the median interval of the slowest output among the first [`PRELUDE`] samples (for bursts the mean). If it is within half a per cent
+//!   of a whole number of hertz or milliseconds, that is used, unless the stamps fit another grid.
+//! - **The methods** are explained at [`Method`]. An input acts over the interval that begins at an instant; the last sample before a gap
+//!   is held to the end of its interval.
+//! - **A gap** of an output is an interval longer than `max_gap`, by default five median intervals of that signal or two and a half of the
+//!   grid, whichever is longer. It is not interpolated: the record's segment ends, and another begins.
+//! - **A pause** of a held input (methods mean and hold) is not a gap: a setpoint that is sent only when it changes is known until it
+//!   changes. Each sample acts until the next, the last one until the outputs end; [`Channel::held`] is the longest such time. An explicit
+//!   `max_gap` makes such pauses gaps too.
 
 use planesman_text::option;
 use std::collections::VecDeque;
@@ -31,36 +29,37 @@ use crate::signal::LARGEST;
 use crate::timing::Meter;
 use crate::unwrap::Unwrap;
 
-/// Samples of a signal that are held back to be put in order.
+/// Number of samples of a signal delayed for sorting.
 pub const ORDER: usize = 64;
 
-/// Samples of each output from which the grid is found.
+/// Number of samples of each output from which the grid is determined.
 pub const PRELUDE: usize = 1000;
 
-/// Samples that are held at most until the grid is found.
+/// Maximum number of samples stored until the grid is determined.
 const LONGEST_PRELUDE: usize = 500_000;
 
-/// Numbers in a record at most: 96 MB.
+/// Maximum number of values in a record: 96 MB.
 pub const MAX_NUMBERS: usize = 12_000_000;
 
-/// The memory of a run beside its numbers, counted in numbers.
+/// The memory of a run besides its values, in values.
 const RUN: usize = 10;
 
-/// Stamps beyond this, ns (146 years from the epoch), are counted late: differences fit 64 bits.
+/// Stamps beyond this, ns (146 years from the epoch), count as late, so that differences fit 64 bits.
 const FARTHEST: i64 = 1 << 62;
 
-/// Why samples make no record.
+/// Reasons why samples do not form a record.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum GridError {
-    /// No signal was asked for.
-    #[error("there is no signal")]
+    /// No signal is requested.
+    #[error("no signal is given")]
     NoSignal,
-    /// No window was asked for.
-    #[error("there is no window")]
+    /// No window is requested.
+    #[error("no window is given")]
     NoWindow,
     /// The record would be too long.
     #[error(
-        "at {interval} s an interval the record would have more than {MAX_NUMBERS} numbers; a lower {} or a {} makes it shorter",
+        "at {interval} s an interval the record would have more than {MAX_NUMBERS} numbers; a \
+         lower {} or a {} makes it shorter",
         option("rate"),
         option("window")
     )]
@@ -76,12 +75,12 @@ pub enum GridError {
         /// The counts of samples left out, each after a semicolon.
         reasons: String,
     },
-    /// The signals have no instant in common.
-    #[error("there is no instant{within} at which all signals are known: {spans}")]
+    /// The signals have no common time.
+    #[error("at no time{within} are all signals known: {spans}")]
     NoCommonInstant {
         /// The window, if there is one.
         within: String,
-        /// From when to when each signal is known.
+        /// The time span of each signal.
         spans: String,
     },
 }
@@ -89,17 +88,17 @@ pub enum GridError {
 /// Options of the gridding.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// Instants per second; `None` for that of the slowest output.
+    /// Grid rate, Hz; `None` for that of the slowest output.
     pub rate: Option<f64>,
     /// Seconds from the first output's first sample.
     pub window: RangeInclusive<f64>,
-    /// How inputs are put on the grid.
+    /// Resampling of inputs.
     pub input_method: Method,
-    /// How outputs are.
+    /// Resampling of outputs.
     pub output_method: Method,
-    /// The longest interval that is no gap, s; `None` for the default, which is none at all for an input that is held.
+    /// The longest interval that is not a gap, s; `None` for the default, which is unlimited for a held input.
     pub max_gap: Option<f64>,
-    /// What becomes of angles and counters that wrap.
+    /// Treatment of angles and counters that wrap.
     pub unwrap: Unwrap,
 }
 
@@ -116,7 +115,7 @@ impl Default for Options {
     }
 }
 
-/// A record, and how each of its signals came onto the grid.
+/// A record, and how each of its signals was resampled.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Resampled {
     /// The numbers.
@@ -127,31 +126,30 @@ pub struct Resampled {
     pub outputs: Vec<Channel>,
 }
 
-/// A record in the making.
+/// A record under construction.
 #[derive(Clone, Debug)]
 pub struct Resampler {
     options: Options,
     names: Vec<String>,
     inputs: usize,
     meters: Vec<Meter>,
-    /// Signal and sample, until there is a grid; no sample where nothing is known of the time between two.
+    /// Signal and sample, until there is a grid; `None` if the time between two samples is unknown.
     prelude: Vec<(usize, Option<(i64, f64)>)>,
-    /// How many each signal has in the prelude.
+    /// The number of each signal's samples in the prelude.
     counts: Vec<usize>,
     running: Option<Running>,
 }
 
 #[derive(Clone, Debug)]
 struct Running {
-    /// Of inputs and of outputs: the same instants, of which inputs take some before the window.
+    /// The grids of inputs and outputs, with the same instants; inputs also need some before the window.
     grids: [Grid; 2],
     inputs: usize,
     tracks: Vec<Track>,
 }
 
 impl Resampler {
-    /// A record of the named inputs and outputs, before the first sample. Signals are counted through: inputs, then
-    /// outputs.
+    /// A record of the named inputs and outputs, before the first sample. Signals are numbered consecutively: inputs, then outputs.
     #[must_use]
     pub fn new(inputs: &[String], outputs: &[String], options: Options) -> Self {
         let names: Vec<String> = inputs.iter().chain(outputs).cloned().collect();
@@ -166,7 +164,7 @@ impl Resampler {
         }
     }
 
-    /// Takes a sample of a signal; `None` for a message that has none. Returns whether there is room for more.
+    /// Takes a sample of a signal; `None` for a message without the value. Returns whether there is room for more.
     pub fn take(&mut self, signal: usize, stamp: i64, value: Option<f64>) -> bool {
         let Some(meter) = self.meters.get_mut(signal) else {
             return true;
@@ -192,7 +190,7 @@ impl Resampler {
         !full
     }
 
-    /// Nothing is known of the signal between what has come and what follows.
+    /// The signal is unknown between the last sample and the next.
     pub(crate) fn begin_anew(&mut self, signal: usize) {
         match &mut self.running {
             None => self.prelude.push((signal, None)),
@@ -200,7 +198,7 @@ impl Resampler {
         }
     }
 
-    /// Finds the grid and puts on it what has come so far.
+    /// Determines the grid and resamples the samples so far.
     fn run(&mut self) {
         let prelude = std::mem::take(&mut self.prelude);
         let mut samples = vec![Vec::new(); self.names.len()];
@@ -280,11 +278,10 @@ impl Resampler {
         }
     }
 
-    /// The record of all that has come.
+    /// Returns the record of all samples.
     ///
     /// # Errors
-    /// [`GridError`], when a signal has no sample, there is no instant at which all are known, or the record would have more
-    /// than [`MAX_NUMBERS`] numbers.
+    /// [`GridError`], if a signal has no sample, at no time all are known, or the record would have more than [`MAX_NUMBERS`] values.
     pub fn finish(mut self) -> Result<Resampled, GridError> {
         if self.running.is_none() {
             self.run();
@@ -398,7 +395,7 @@ fn no_common_instant(channels: &[Channel], window: &RangeInclusive<f64>) -> Grid
     }
 }
 
-/// Why there may be no sample.
+/// Timing of a signal, with the reasons for missing samples.
 struct Timed {
     absent: String,
     not_finite: String,
@@ -428,7 +425,7 @@ fn span(channel: &Channel) -> String {
 }
 
 impl Running {
-    /// Takes a sample, or a time of which nothing is known.
+    /// Takes a sample, or an unknown interval.
     fn take(&mut self, signal: usize, sample: Option<(i64, f64)>, meter: &mut Meter) {
         let Some(track) = self.tracks.get_mut(signal) else {
             return;
@@ -446,14 +443,14 @@ impl Running {
     }
 }
 
-/// One signal on its way onto the grid. Of no interval it fills more instants than a record has room for.
+/// The state of resampling one signal. It fills no interval with more instants than a record can have.
 #[derive(Clone, Debug)]
 struct Track {
-    /// Samples are held until the next.
+    /// Whether samples are held until the next.
     is_held: bool,
-    /// A sample that acts for longer is reported, ns.
+    /// Samples that act longer than this are reported, ns.
     long: i64,
-    /// The longest interval that is no gap, ns; none is where a sample acts until the next.
+    /// The longest interval that is not a gap, ns; unlimited if a sample acts until the next.
     max_gap: Option<i64>,
     /// The longest time for which a sample acted, ns; 0 if none was long.
     longest_hold: i64,
@@ -461,7 +458,7 @@ struct Track {
     sieve: DuplicateFilter,
     /// The latest samples, in order of stamp.
     pending: VecDeque<(i64, f64)>,
-    /// The last sample given out of `pending`.
+    /// The last sample taken from `pending`.
     last: Option<(i64, f64)>,
     gridder: Gridder,
     runs: Runs,
@@ -471,13 +468,13 @@ struct Track {
 #[derive(Clone, Debug, Default)]
 struct Runs {
     list: Vec<Run>,
-    /// In all runs, and a few for each run.
+    /// The number of values in all runs, plus a few for each run.
     numbers: usize,
-    /// Held values take no more of the record than the outputs do.
+    /// Whether held values use no more of the record than the outputs do.
     are_free: bool,
 }
 
-/// Values at instants in a row.
+/// Values at consecutive instants.
 #[derive(Clone, Debug)]
 struct Run {
     first: i64,
@@ -487,7 +484,7 @@ struct Run {
 #[derive(Clone, Debug)]
 enum Values {
     List(Vec<f64>),
-    /// One value, so many times.
+    /// One value, repeated this many times.
     Held(f64, i64),
 }
 
@@ -502,14 +499,14 @@ impl Run {
 }
 
 impl Track {
-    /// All that has come goes onto the grid.
+    /// Resamples all pending samples.
     fn give_out_all(&mut self, grid: &Grid, meter: &mut Meter) {
         while !self.pending.is_empty() {
             self.give_out(grid, meter);
         }
     }
 
-    /// Nothing is known between what has come and what follows.
+    /// The signal is unknown between the last sample and the next.
     fn begin_anew(&mut self, grid: &Grid, meter: &mut Meter) {
         self.give_out_all(grid, meter);
         if let Some(spreader) = &mut self.sieve.spreader {
@@ -555,7 +552,7 @@ impl Track {
         }
     }
 
-    /// The earliest pending sample goes onto the grid.
+    /// Resamples the earliest pending sample.
     fn give_out(&mut self, grid: &Grid, meter: &mut Meter) {
         let Some(next) = self.pending.pop_front() else {
             return;
@@ -586,7 +583,7 @@ impl Track {
         self.last = Some(next);
     }
 
-    /// All that is pending goes onto the grid; a sample that has no gap behind it acts `until` then.
+    /// Resamples all pending samples; one without a gap after it acts until `until`.
     fn finish(&mut self, grid: &Grid, meter: &mut Meter, until: i64) {
         self.give_out_all(grid, meter);
         self.mixtures.finish();
@@ -599,7 +596,7 @@ impl Track {
         }
     }
 
-    /// Two samples with no gap between.
+    /// Takes two samples with no gap between them.
     fn pair(&mut self, first: (i64, f64), second: (i64, f64), grid: &Grid) {
         if self.is_held {
             self.note_hold(second.0 - first.0);
@@ -624,7 +621,7 @@ impl Runs {
         }
     }
 
-    /// The same value at the instants from `first` up to `end`.
+    /// Sets the same value at the instants from `first` up to `end`.
     fn put_held(&mut self, first: i64, end: i64, value: f64, grid: &Grid) {
         // As many are kept as one.
         const MANY: i64 = 100;
@@ -669,7 +666,7 @@ impl Runs {
         }
     }
 
-    /// From where up to where its values are known: runs that meet are one.
+    /// The ranges in which values are known; adjacent runs are merged.
     fn known(&self) -> Vec<(i64, i64)> {
         let mut known: Vec<(i64, i64)> = Vec::new();
         for run in &self.list {
@@ -681,8 +678,7 @@ impl Runs {
         known
     }
 
-    /// The values before the instant `end`, so many of them at most, as far back as all are known: within the instants of
-    /// [`Self::known`].
+    /// At most `most` values before the instant `end`, as far back as all signals are known ([`Self::known`]).
     fn before(&self, end: i64, most: i64, known: &[(i64, i64)]) -> Vec<f64> {
         let place = known.partition_point(|(first, _)| *first < end);
         let run = place.checked_sub(1).map(|it| known[it]);
@@ -711,7 +707,7 @@ impl Runs {
     }
 }
 
-/// The instants that every track has: from, up to.
+/// The ranges of instants that every track has.
 fn common(tracks: &[Track]) -> Vec<(i64, i64)> {
     let Some((first, others)) = tracks.split_first() else {
         return Vec::new();

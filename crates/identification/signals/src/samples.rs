@@ -1,4 +1,4 @@
-//! Samples at their own stamps, on no grid: of one time that goes on, in order.
+//! Samples at their original stamps, without a grid, on a continuous time, in order.
 
 use crate::clock::{ClockFollower, Followed};
 use crate::error::{Result, SourceError};
@@ -8,24 +8,24 @@ use crate::signal::LARGEST;
 use crate::source::Source;
 use crate::unwrap::Unwrap;
 
-/// Samples of all signals at most.
+/// Maximum number of samples of all signals.
 const MOST: usize = 20_000_000;
 
-/// The samples of a signal, in stretches between which nothing is known of it.
+/// The samples of a signal, in stretches; between them the signal is unknown.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stretches {
-    /// Stamps, ns, that rise, with their values.
+    /// Increasing stamps, ns, with their values.
     pub stretches: Vec<Vec<(i64, f64)>>,
-    /// The usual interval between two samples, s; 0 of fewer than two.
+    /// The usual interval between two samples, s; 0 with fewer than two.
     pub interval: f64,
-    /// What was done to the samples: angles unwrapped, bursts spread, repeats left out.
+    /// Changes to the samples: angles unwrapped, bursts spread, repeats left out.
     pub changes: Vec<String>,
 }
 
-/// Reads signals sample by sample. Of samples with one stamp the last counts; numbers that are not finite do not.
+/// Reads signals sample by sample. Of samples with the same stamp the last counts; non-finite numbers are ignored.
 ///
 /// # Errors
-/// One line: a signal that is not there or has no sample, data of which nothing can be read.
+/// One line: a signal is missing or has no sample, or none of the data can be read.
 pub fn read_samples(
     source: &dyn Source,
     requests: &[Request],

@@ -1,4 +1,4 @@
-//! What happens to the samples of one signal before they go onto a grid.
+//! Changes to the samples of one signal before resampling.
 
 use crate::channel::Change;
 use crate::quantile::median;
@@ -6,11 +6,11 @@ use crate::repeats::{Repeats, rows_per_sample};
 use crate::spread::{Bursts, LostDigits, Spreader, mean_interval};
 use crate::unwrap::{Unwrap, Unwrapper};
 
-/// Stamps in front of those that are shared, from which the interval is found, and the share of repeated ones behind them.
+/// Number of unique stamps before shared ones, from which the interval is found, and the share of repeated stamps after them.
 const LONG: usize = 50;
 const SHARED: f64 = 0.3;
 
-/// A mean interval of so many medians says that the median is not what samples stand for.
+/// If the mean interval exceeds this many medians, the median is not representative.
 const UNEVEN: f64 = 1.5;
 
 /// The changes of one signal.
@@ -28,7 +28,7 @@ pub(crate) struct DuplicateFilter {
 }
 
 impl DuplicateFilter {
-    /// Finds what the first samples need; they are put in the order of their stamps. Repeats of an output are left out.
+    /// Determines the needed changes from the first samples, sorted by their stamps. Repeats of an output are left out.
     pub(crate) fn find(samples: &mut [(i64, f64)], is_output: bool, unwrap: Unwrap) -> Self {
         samples.sort_by_key(|it| it.0);
         let stamps: Vec<i64> = samples.iter().map(|it| it.0).collect();
@@ -58,7 +58,7 @@ impl DuplicateFilter {
         }
     }
 
-    /// Takes a sample; where stamps begin to lack digits, gives the samples that are spread from there on.
+    /// Takes a sample; when stamps begin to lose digits, returns the samples that are spread from there on.
     pub(crate) fn find_lost_digits(&mut self, stamp: i64, value: f64) -> Option<Vec<(i64, f64)>> {
         if self.spreader.is_some() {
             return None;
@@ -69,7 +69,7 @@ impl DuplicateFilter {
         Some(samples)
     }
 
-    /// Samples in the order of their stamps, changed. Of those of one stamp the last counts.
+    /// Changes samples, which are in the order of their stamps. Of samples with the same stamp the last counts.
     pub(crate) fn through(&mut self, samples: &[(i64, f64)]) -> Vec<(i64, f64)> {
         let mut changed: Vec<(i64, f64)> = Vec::with_capacity(samples.len());
         for (stamp, value) in samples {
@@ -98,7 +98,7 @@ impl DuplicateFilter {
     }
 }
 
-/// Sorted stamps up to where many begin to be shared, if that is far behind the first.
+/// The sorted stamps before many begin to be shared, if that is far from the first.
 fn with_all_digits(stamps: &[i64]) -> &[i64] {
     let is_shared = |it: &[i64]| it[0] == it[1];
     let end = stamps.windows(2).position(is_shared).unwrap_or(0) + 1;
@@ -110,13 +110,13 @@ fn with_all_digits(stamps: &[i64]) -> &[i64] {
     }
 }
 
-/// How sorted stamps are to be spread, if they are.
+/// How sorted stamps are spread, if needed.
 pub(crate) fn bursts(stamps: &[i64]) -> Option<Bursts> {
     let stamps = with_all_digits(stamps);
     Bursts::find(stamps).or_else(|| Bursts::in_steps(stamps))
 }
 
-/// The median interval of sorted stamps, or the mean without gaps where that is far longer, ns; repeated stamps count for nothing.
+/// The median interval of sorted stamps, or the mean without gaps if that is much longer, ns; repeated stamps are ignored.
 pub(crate) fn interval(stamps: &[i64]) -> f64 {
     let mut stamps = with_all_digits(stamps).to_vec();
     stamps.dedup();
@@ -126,12 +126,12 @@ pub(crate) fn interval(stamps: &[i64]) -> f64 {
     if mean > UNEVEN * median { mean } else { median }
 }
 
-/// The share of stamps on a grid, and how far from an instant they may be, in steps.
+/// The share of stamps on a grid, and their maximum distance from an instant, in steps.
 const ON_GRID: f64 = 0.95;
 const NEAR: f64 = 0.1;
 
-/// The step of a grid for samples at this interval: rounded, unless the stamps lie on a grid of their own and leave the rounded one, as those
-/// of a camera with 29.97 pictures a second.
+/// The step of a grid for samples at this interval: rounded, unless the stamps fit a grid of their own better than the rounded one, as for
+/// a camera with 29.97 frames a second.
 fn grid_step(interval: f64, stamps: &[i64]) -> f64 {
     let round = rounded(interval);
     let [first, .., last] = stamps else {
@@ -152,7 +152,7 @@ fn grid_step(interval: f64, stamps: &[i64]) -> f64 {
     }
 }
 
-/// A whole number of hertz or of milliseconds within half a per cent, the nearer; else the interval as it is.
+/// The nearest whole number of hertz or milliseconds within half a per cent; otherwise the interval itself.
 fn rounded(interval: f64) -> f64 {
     if interval <= 0.0 {
         return interval;

@@ -1,14 +1,13 @@
 //! A signal by name: `TOPIC:FIELD`, one number of one message.
 //!
-//! - `TOPIC` is a topic as ROS names it. With a leading `/` it means that topic only; without
-//!   one it means any topic that ends in it, so that `state` finds `/auv/state`.
+//! - `TOPIC` is a topic as ROS names it. With a leading `/` it means only that topic; without, any topic that ends in it, so `state` finds
+//!   `/auv/state`.
 //! - `FIELD` is a path into the message: `pitch_rate`, `position[0]`, `position[shoulder]`, `twist.twist.angular.y`.
 //!
-//! A field that is a list, given no index, is the signal's course over the interval that
-//! begins at the message's stamp: evenly spaced samples from its beginning to its end, linear
-//! in between (`planesman_msgs/PlaneMotion` is such). As an input it gives a mean, by the
-//! trapezoid rule, and a first moment; as an output its first sample, the value at the stamp.
-//! A field that is a number is, as an input, held over the interval.
+//! A field that is a list, without an index, is the signal's time history over the interval that begins at the message's stamp: evenly
+//! spaced samples from beginning to end, linear in between (for example `planesman_msgs/PlaneMotion`). As an input it gives a mean, by the
+//! trapezoid rule, and a first moment; as an output its first sample, the value at the stamp. As an input, a field that is a number is held
+//! over the interval.
 
 use std::fmt;
 use std::str::FromStr;
@@ -17,28 +16,25 @@ use planesman_decode::FieldPath;
 use planesman_record::Input;
 use thiserror::Error;
 
-/// The largest magnitude taken. Beyond any physical signal in any unit, and small enough
-/// that no sum of squares overflows.
+/// The largest accepted magnitude. It is beyond any physical signal in any unit, and small enough that no sum of squares overflows.
 pub const LARGEST: f64 = 1e30;
 
 /// Why a signal is refused.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum SignalError {
-    /// It is not written as a signal.
-    #[error(
-        "signal '{text}' refused: {rule}; it is written TOPIC:FIELD, as in odom:twist.twist.angular.y"
-    )]
+    /// The text is not a valid signal name.
+    #[error("invalid signal '{text}': {rule}; write TOPIC:FIELD, as in odom:twist.twist.angular.y")]
     Syntax {
         /// The text.
         text: String,
-        /// The rule it breaks.
+        /// The violated rule.
         rule: String,
     },
-    /// A message has no number there, as a list that is empty.
+    /// A message has no number there, for example if a list is empty.
     #[error("signal '{0}': the message has no number there")]
     Absent(String),
     /// A number is NaN or infinite.
-    #[error("signal '{0}': it is not finite")]
+    #[error("signal '{0}': the number is not finite")]
     NotFinite(String),
     /// A number is beyond [`LARGEST`].
     #[error("signal '{signal}': {number} refused: it must lie within ±{LARGEST:e}")]
@@ -109,7 +105,7 @@ impl Signal {
         &self.path
     }
 
-    /// Whether messages on `topic` bear this signal.
+    /// Whether messages on `topic` contain this signal.
     #[must_use]
     pub fn is_on(&self, topic: &str) -> bool {
         if topic == self.topic {
@@ -121,10 +117,10 @@ impl Signal {
                 .is_some_and(|before| before.ends_with('/'))
     }
 
-    /// The signal over the interval that begins at the message's stamp, from the numbers the message has for it.
+    /// The signal over the interval that begins at the message's stamp, from the message's numbers.
     ///
     /// # Errors
-    /// [`SignalError`], when there is none, or one is not finite or beyond [`LARGEST`].
+    /// [`SignalError`], if there is no number, or one is not finite or beyond [`LARGEST`].
     pub fn input(&self, numbers: &[f64]) -> Result<Input, SignalError> {
         self.check(numbers)?;
         Input::through(numbers).ok_or_else(|| self.none())
@@ -133,7 +129,7 @@ impl Signal {
     /// The signal at the message's stamp.
     ///
     /// # Errors
-    /// As [`Signal::input`].
+    /// Like [`Signal::input`].
     pub fn output(&self, numbers: &[f64]) -> Result<f64, SignalError> {
         let first = numbers.first().ok_or_else(|| self.none())?;
         self.check(std::slice::from_ref(first))?;
@@ -159,7 +155,7 @@ impl Signal {
     }
 }
 
-/// Whether `name` is letters, digits and underscores, beginning with none of the digits.
+/// Whether `name` consists of letters, digits and underscores, and does not begin with a digit.
 fn is_name(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')

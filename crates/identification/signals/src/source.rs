@@ -1,7 +1,7 @@
-//! What hands out samples: a bag, tables, a log of a vehicle, columns in memory.
+//! Sources of samples: a bag, tables, a log of a vehicle, columns in memory.
 //!
-//! All stream: a sample is handed on as it is read and forgotten. What cannot be read does not
-//! end the rest; it is listed in [`Reading::notes`].
+//! All sources stream: a sample is passed on as it is read, and not stored. Unreadable parts do not end the rest; they are listed in
+//! [`Reading::notes`].
 
 use std::fmt::Debug;
 
@@ -13,11 +13,11 @@ use crate::request::{Reading, Request, Take};
 /// A topic of a source and its fields.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SourceTopic {
-    /// Its name; a table's is its file.
+    /// The topic's name; for a table the file.
     pub name: String,
-    /// The kind of its messages; empty for a table.
+    /// The type of its messages; empty for a table.
     pub type_name: &'static str,
-    /// One for each field, in the order in which a message has them.
+    /// One request for each field, in the order in which a message has them.
     pub requests: Vec<Request>,
 }
 
@@ -26,25 +26,25 @@ pub trait Source: Debug {
     /// Its files, for people.
     fn name(&self) -> String;
 
-    /// Bytes to be read.
+    /// Number of bytes to be read.
     fn bytes(&self) -> u64 {
         0
     }
 
-    /// Seconds from sample to sample, where the data has no time and they were given.
+    /// The interval between samples, s, if it was given because the data has no time.
     fn sample_time(&self) -> Option<f64> {
         None
     }
 
-    /// Whether the data tells the time of its samples, or the interval between them was given.
+    /// Whether the data has the time of its samples, or the interval between them was given.
     fn has_time(&self) -> bool {
         true
     }
 
-    /// Sets rows a second apart, where nothing is known of their time.
+    /// Assumes rows one second apart, if nothing is known of their time.
     fn count_rows(&mut self) {}
 
-    /// The bag that it reads; its topics are listed there.
+    /// The bag behind the source, which lists its topics.
     fn bag(&self) -> Option<&BagReader> {
         None
     }
@@ -54,15 +54,15 @@ pub trait Source: Debug {
         Vec::new()
     }
 
-    /// Its tables, where it has several and each has all of these signals: each is then an experiment of its own.
+    /// Its tables, if there are several and each has all of these signals: each is then a separate experiment.
     fn experiments(&self, _signals: &[String]) -> Vec<Box<dyn Source>> {
         Vec::new()
     }
 
-    /// Hands every sample of the signals to `take`; `progress` is called with the bytes read.
+    /// Passes every sample of the signals to `take`; `progress` receives the number of bytes read.
     ///
     /// # Errors
-    /// One line: a signal that is not there, or data of which nothing can be read.
+    /// One line: a signal is missing, or none of the data can be read.
     fn read(
         &self,
         requests: &[Request],
@@ -71,21 +71,21 @@ pub trait Source: Debug {
     ) -> Result<Reading>;
 }
 
-/// Samples of some signals of a source in memory: read once, so that records of any of them are made without reading again.
+/// Samples of some signals of a source, read once into memory, so that records of any of them need no second reading.
 #[derive(Debug)]
 pub struct KeptSource {
     source: Box<dyn Source>,
     requests: Vec<Request>,
-    /// Number of the signal, stamp in ns, value or NaN, in the order in which they were read.
+    /// Number of the signal, stamp in ns, value or NaN, in the order of reading.
     samples: Vec<(usize, i64, f64)>,
     reading: Reading,
 }
 
 impl KeptSource {
-    /// Reads the signals, `most` samples of all together.
+    /// Reads the signals, at most `most` samples in total.
     ///
     /// # Errors
-    /// As [`Source::read`].
+    /// Like [`Source::read`].
     pub fn new(source: Box<dyn Source>, requests: Vec<Request>, most: usize) -> Result<Self> {
         let mut samples = Vec::new();
         let mut take = |signal, stamp, value: Option<f64>| {

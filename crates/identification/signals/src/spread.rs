@@ -1,53 +1,53 @@
-//! Samples that share a stamp, or come in bursts, spread over the time that they stand for.
+//! Spreads samples that share a stamp, or come in bursts, over the time that they represent.
 //!
-//! A clock of whole seconds stamps all samples of a second alike: they belong behind their stamp. A recorder that is woken now and
-//! then receives several at once: they belong before their stamp. Of either, the number per burst and the time between bursts give
-//! the interval; stamps from one sample to the next do not.
+//! A clock of whole seconds gives all samples of a second the same stamp: their true times are after it. A recorder that wakes up now and
+//! then receives several at once: their true times are before their stamp. In both cases the number per burst and the time between bursts
+//! give the interval, which differences between neighbouring stamps do not.
 
 use std::collections::BTreeMap;
 
 use crate::channel::Change;
 use crate::quantile::median;
 
-/// Stamps nearer than this, in mean intervals, are of one burst.
+/// Stamps nearer than this, in mean intervals, belong to one burst.
 const TOGETHER: f64 = 0.2;
 
-/// The share of samples that come together with others, in data that comes in bursts.
+/// The share of samples that come together with others, in data with bursts.
 const MOST: f64 = 0.6;
 
-/// Bursts from which the interval is found.
+/// Number of bursts from which the interval is found.
 const FEWEST: usize = 4;
 
-/// A time of so many usual ones between two bursts is a gap.
+/// A time between two bursts of this many usual ones is a gap.
 const GAP: f64 = 3.0;
 
-/// Stamps from which steps are found, and the interval up to which they matter, in steps.
+/// Number of stamps from which steps are found, and the longest interval for which they matter, in steps.
 const FEWEST_IN_STEPS: usize = 50;
 const SLOWEST: f64 = 8.0;
 
-/// Stamps that are cut to steps lie within so many of an even time through the first and the last, and fewer than this share of
-/// their intervals are equal.
+/// Stamps rounded to steps lie within this many steps of an even time from the first to the last, and fewer than this share of their
+/// intervals are equal.
 const EVEN: f64 = 2.1;
 const MOSTLY_EVEN: f64 = 0.9;
 
-/// Long intervals are no gaps where they are more than this share of all, or differ by less than this factor.
+/// Long intervals are not gaps if they are more than this share of all, or differ by less than this factor.
 const MANY: f64 = 0.05;
 const ALIKE: f64 = 2.0;
 
-/// How samples come in bursts.
+/// The timing of bursts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bursts {
     /// From sample to sample, ns.
     pub(crate) interval: f64,
     /// From burst to burst, ns.
     pub(crate) period: f64,
-    /// Samples of a burst have one stamp: that of its beginning.
+    /// Whether samples of a burst share one stamp, that of its beginning.
     pub(crate) share_a_stamp: bool,
     /// From the first burst's stamp to the first sample, ns.
     first: f64,
-    /// Stamps nearer than this are of one burst, ns.
+    /// Stamps nearer than this belong to one burst, ns.
     together: f64,
-    /// Stamps have lost digits on the way: they are cut or rounded, and may lose more.
+    /// Whether stamps have begun to lose digits: they are rounded, and may lose more.
     is_late: bool,
 }
 
@@ -78,7 +78,7 @@ pub(crate) fn mean_interval(stamps: &[i64]) -> f64 {
 }
 
 impl Bursts {
-    /// The bursts of sorted stamps; `None` where samples come one by one.
+    /// The bursts of sorted stamps; `None` if samples come one by one.
     pub(crate) fn find(stamps: &[i64]) -> Option<Self> {
         let together = TOGETHER * mean_interval(stamps);
         let mut bursts: Vec<(i64, usize)> = Vec::new();
@@ -135,8 +135,8 @@ impl Bursts {
         })
     }
 
-    /// Samples that come one by one, with stamps in whole steps of a clock that is as slow as they are: stamps of whole
-    /// milliseconds 400 times a second. They keep to the steps of an even time, which rows that are left out do not.
+    /// Samples that come one by one, with stamps rounded to a clock step of about their interval: stamps in whole milliseconds 400 times a
+    /// second. They follow an even time within these steps, unlike rows of which some are missing.
     pub(crate) fn in_steps(stamps: &[i64]) -> Option<Self> {
         let steps = || stamps.windows(2).map(|it| it[1] - it[0]);
         let step = steps().fold(0, greatest_common_divisor);
@@ -166,7 +166,7 @@ impl Bursts {
         })
     }
 
-    /// What a record makes of them.
+    /// The change that a record makes to them.
     pub(crate) fn change(&self) -> Change {
         let samples = self.period / self.interval;
         match samples > 1.0 {
@@ -189,19 +189,20 @@ fn greatest_common_divisor(a: i64, b: i64) -> i64 {
     }
 }
 
-/// The interval between samples that share a stamp, in usual ones, for stamps that have lost digits; samples of one stamp that are kept.
+/// For stamps that have lost digits: the interval between samples that share a stamp, in usual ones, and the number of samples of one stamp
+/// that are stored.
 const LOST_DIGITS: std::ops::Range<f64> = 0.7..1.4;
 const MOST_KEPT: usize = 10_000;
 
-/// Watches stamps that come one by one, until so many share each stamp that the time between two stamps is theirs: digits are lost, as where
-/// all numbers have five and the seconds begin to need four.
+/// Watches stamps that come one by one. Digits are lost if so many samples share each stamp that the time between two stamps is the time of
+/// these samples, as when all numbers have five digits and the seconds begin to need four.
 #[derive(Clone, Debug)]
 pub(crate) struct LostDigits {
     /// The usual interval, ns.
     interval: f64,
-    /// The stamps before those of `kept`, of the group before, and of this.
+    /// The stamps before those of `kept`, of the previous group, and of the current one.
     stamps: [Option<i64>; 3],
-    /// The samples of both groups, and how many are of the one before.
+    /// The samples of both groups, and how many belong to the previous one.
     kept: Vec<(i64, f64)>,
     before: usize,
 }
@@ -216,7 +217,7 @@ impl LostDigits {
         }
     }
 
-    /// Takes a sample; where digits are lost, gives what spreads the samples from the two groups before on, and those samples.
+    /// Takes a sample; if digits are lost, returns a spreader for the samples from the previous two groups on, and those samples.
     pub(crate) fn take(&mut self, stamp: i64, value: f64) -> Option<(Spreader, Vec<(i64, f64)>)> {
         let [last, first, current] = self.stamps;
         if current.is_none_or(|it| stamp > it) {
@@ -251,13 +252,13 @@ impl LostDigits {
     }
 }
 
-/// Samples of one signal, spread as they come: each an interval behind the one before, within what its stamp allows.
+/// Spreads the samples of one signal as they come: each an interval after the one before, within the range that its stamp allows.
 #[derive(Clone, Debug)]
 pub(crate) struct Spreader {
     pub(crate) bursts: Bursts,
-    /// The last sample's stamp, and what is added to it, ns.
+    /// The last sample's stamp, and the time added to it, ns.
     last: Option<(i64, f64)>,
-    /// The stamps of the burst before this and of this, ns.
+    /// The stamps of the previous and the current burst, ns.
     before: Option<i64>,
     burst: Option<i64>,
 }
@@ -303,7 +304,7 @@ impl Spreader {
         stamp.saturating_add(since.round() as i64)
     }
 
-    /// Nothing is known of the time between what has come and what follows.
+    /// The signal is unknown between the last sample and the next.
     pub(crate) fn begin_anew(&mut self) {
         (self.last, self.before, self.burst) = (None, None, None);
     }

@@ -1,24 +1,24 @@
-//! The clocks of a bag: whether the stamps of its messages are of use, and what separates them from the recorder's.
+//! The clocks of a bag: whether the stamps of its messages are usable, and how they differ from the recorder's.
 
 use crate::request::Clock;
 use planesman_text::setting;
 
-/// Messages of a topic of which the delay from stamp to reception is looked at.
+/// Number of messages of a topic whose delay from stamp to reception is examined.
 const DELAYS: usize = 10_000;
 
-/// A lag between stamp and reception that is reported, s.
+/// Lags between stamp and reception from this value on are reported, s.
 const LAG: f64 = 1e-3;
 
-/// No message takes so long to the recorder, s: its clock is another one.
+/// No message takes this long to the recorder, s: its clock is a different one.
 const OTHER_CLOCK: f64 = 60.0;
 
-/// A stamp so long after its reception is of another clock, or of a prediction, s.
+/// A stamp this long after its reception comes from another clock, or belongs to a prediction, s.
 const AHEAD: f64 = 0.1;
 
-/// Stamps beyond this are not counted from a start, ns: a hundred days.
+/// Stamps below this are relative to a start, ns: a hundred days.
 const CALENDAR: i64 = 8_640_000_000_000_000;
 
-/// Messages that tell something of stamps.
+/// Number of messages needed to judge stamps.
 const FEW: u64 = 20;
 
 /// The stamps of a topic, as its messages came.
@@ -27,12 +27,12 @@ pub struct Stamps {
     pub(crate) topic: String,
     messages: u64,
     last: Option<i64>,
-    /// Stamps that are those of the message before, and those that were never filled.
+    /// Number of stamps equal to that of the message before, and of unfilled stamps.
     repeats: u64,
     unfilled: u64,
     /// The newest, ns.
     newest: i64,
-    /// How long after its own stamp the recorder received a message, ns.
+    /// Delays from a message's stamp to its reception by the recorder, ns.
     delays: Vec<i64>,
 }
 
@@ -51,7 +51,7 @@ impl Stamps {
         }
     }
 
-    /// The same topic before its first message, which is known to have stamps up to this one.
+    /// The same topic before its first message, with stamps known up to this one.
     pub(crate) fn anew(&self) -> Self {
         Self {
             newest: self.newest,
@@ -59,8 +59,8 @@ impl Stamps {
         }
     }
 
-    /// Takes a message's own stamp, if it has one. Returns whether that stamp is filled. A zero is the beginning of a simulated time, or none:
-    /// behind another, and where stamps are those of a calendar.
+    /// Takes a message's own stamp, if it has one. Returns whether that stamp is filled. A zero may be the beginning of simulated time. It
+    /// is unfilled after another zero, and if other stamps are calendar dates.
     pub fn take(&mut self, own: Option<i64>, log_time: i64) -> bool {
         let stamp = own.unwrap_or(log_time);
         self.messages += 1;
@@ -83,7 +83,7 @@ impl Stamps {
         self.messages
     }
 
-    /// The median time from a message's stamp to its reception, s; none where its stamps tell no time.
+    /// The median time from a message's stamp to its reception, s; `None` if its stamps are not usable.
     fn latency(&mut self) -> Option<f64> {
         if self.unfit().is_some() {
             return None;
@@ -93,7 +93,7 @@ impl Stamps {
         Some(*median as f64 * 1e-9)
     }
 
-    /// Why its own stamps do not tell when its messages were sent.
+    /// Why its stamps do not show when its messages were sent.
     #[must_use]
     pub fn unfit(&self) -> Option<String> {
         let all = |count: u64| self.messages >= FEW && count >= self.messages / 10 * 9;
@@ -103,26 +103,28 @@ impl Stamps {
         }
         all(self.repeats).then(|| {
             format!(
-                "the stamps of {topic} stand still: {} of {} are that of the message before",
+                "the stamps of {topic} do not advance: {} of {} equal that of the message before",
                 self.repeats, self.messages
             )
         })
     }
 
-    /// What is to be said of messages that are there twice, or without a stamp.
+    /// A note on messages that are repeated, or without a stamp.
     #[must_use]
     pub fn note(&self, clock: Clock) -> Option<String> {
         let messages = self.messages;
         let half = messages / 2;
         if messages >= FEW && self.repeats.abs_diff(half) <= messages / 20 {
             return Some(format!(
-                "{} of {messages} messages bear the stamp of the one before: they are recorded twice, or of two publishers",
+                "{} of {messages} messages have the same stamp as the one before: they are \
+                 recorded twice, or come from two publishers",
                 self.repeats
             ));
         }
         (clock == Clock::Header && self.unfilled > 0).then(|| {
             format!(
-                "{} of {messages} messages have no stamp (0) and are left out; {} takes the recorder's",
+                "{} of {messages} messages have no stamp (0) and are left out; {} uses the \
+                 recorder's",
                 self.unfilled,
                 setting("stamp", "log")
             )
@@ -130,12 +132,12 @@ impl Stamps {
     }
 }
 
-/// Why the stamps of these topics tell no time.
+/// Why the stamps of these topics are not usable.
 pub(crate) fn unusable_stamps_reason(topics: &[Stamps]) -> Option<String> {
     topics.iter().find_map(Stamps::unfit)
 }
 
-/// Why the stamps of these topics cannot be put beside each other.
+/// Why the stamps of these topics cannot be compared.
 pub(crate) fn unfit(topics: &mut [Stamps]) -> Option<String> {
     if let Some(reason) = unusable_stamps_reason(topics) {
         return Some(reason);
@@ -145,13 +147,13 @@ pub(crate) fn unfit(topics: &mut [Stamps]) -> Option<String> {
     let is_ahead = least < -AHEAD && most - least > AHEAD;
     (most - least > OTHER_CLOCK || is_ahead).then(|| {
         format!(
-            "the stamps of the headers are of several clocks: they lie before reception by (median) {}",
+            "the header stamps come from several clocks: median offset to the receive time {}",
             listed(&latencies)
         )
     })
 }
 
-/// The median latency of each topic that has some, s.
+/// The median latency of each topic that has one, s.
 pub(crate) fn latencies(topics: &mut [Stamps]) -> Vec<(String, f64)> {
     let each = topics.iter_mut();
     each.filter_map(|it| Some((it.topic.clone(), it.latency()?)))
@@ -173,8 +175,8 @@ fn listed(latencies: &[(String, f64)]) -> String {
     each.collect::<Vec<_>>().join(", ")
 }
 
-/// How much later than their stamps the topics' messages were received, and what that means for a model; nothing where all
-/// are as late as each other, or their clocks cannot be compared.
+/// How much later than their stamps the topics' messages were received, and the effect on a model; `None` if all delays are equal, or their
+/// clocks cannot be compared.
 pub(crate) fn lag(latencies: &[(String, f64)], clock: Clock) -> Option<String> {
     let (least, most) = range(latencies)?;
     let spread = most - least;
@@ -183,11 +185,11 @@ pub(crate) fn lag(latencies: &[(String, f64)], clock: Clock) -> Option<String> {
     let (difference, meaning) = match clock {
         Clock::Header => (
             spread,
-            "lie between them; by the stamps of the headers this is no delay of the system",
+            "apart; with the stamps of the headers this is not a delay of the system",
         ),
         Clock::Log if is_other => (
             spread,
-            "lie between them, and count as delay of the system by the stamps of the recorder",
+            "apart, which count as delay of the system with the stamps of the recorder",
         ),
         Clock::Log => (
             most,
@@ -201,16 +203,18 @@ pub(crate) fn lag(latencies: &[(String, f64)], clock: Clock) -> Option<String> {
     let log = setting("stamp", "log");
     if difference > OTHER_CLOCK || (least < -LAG && clock == Clock::Log) {
         let remedy = match clock {
-            Clock::Header => format!("; {log} takes the recorder's for all"),
+            Clock::Header => format!("; {log} uses the recorder's for all"),
             Clock::Log => String::new(),
         };
         return Some(format!(
-            "received after their own stamps (median): {each}: the clocks differ, so that no delay can be told from that{remedy}"
+            "received after their own stamps (median): {each}: the clocks differ, so this shows \
+             no delay{remedy}"
         ));
     }
     let ahead = match least < -LAG {
         true => format!(
-            "; stamps later than their reception are of a clock that is ahead ({log} takes the recorder's for all)"
+            "; stamps later than their reception come from a clock that is ahead ({log} uses the \
+             recorder's for all)"
         ),
         false => String::new(),
     };

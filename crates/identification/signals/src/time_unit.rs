@@ -1,10 +1,10 @@
-//! The unit of a column of times: by its name, by the size of its numbers, or by the steps between them.
+//! The unit of a column of times: from its name, the size of its numbers, or the steps between them.
 
 use std::ops::Range;
 
 use crate::quantile::median;
 
-/// Days of our time as they are counted from 1900, by Excel, and from the year 0, by MATLAB; and the day that is 1970-01-01.
+/// Present days counted from 1900, as in Excel, and from the year 0, as in MATLAB; with the day number of 1970-01-01.
 const DAYS: [(Range<f64>, f64); 2] = [
     (20_000.0..90_000.0, 25_569.0),
     (700_000.0..800_000.0, 719_529.0),
@@ -26,7 +26,7 @@ planesman_text::choices! {
 }
 
 impl TimeUnit {
-    /// The unit of that name, as the end of a column's name has it.
+    /// The unit with that name, as at the end of a column's name.
     #[must_use]
     pub fn named(text: &str) -> Option<Self> {
         Some(match text {
@@ -54,8 +54,8 @@ impl TimeUnit {
         }
     }
 
-    /// A number of it in ns; `None` beyond 64 bits. Days of our time are counted from 1970, as Excel's from 1900 and MATLAB's
-    /// from the year 0 are.
+    /// Converts a number in this unit to ns; `None` beyond 64 bits. Days are counted from 1970, after conversion from Excel's 1900 or
+    /// MATLAB's year 0.
     #[must_use]
     pub fn in_nanoseconds(self, number: f64) -> Option<i64> {
         let origin = DAYS.iter().find(|(days, _)| days.contains(&number));
@@ -65,7 +65,7 @@ impl TimeUnit {
         fits.then_some(nanoseconds.round() as i64)
     }
 
-    /// Nanoseconds of one.
+    /// Nanoseconds per unit.
     pub(crate) fn nanoseconds(self) -> i64 {
         let seconds = match self {
             Self::Min => 60,
@@ -77,7 +77,7 @@ impl TimeUnit {
     }
 }
 
-/// Names under which the time is looked for, without their unit.
+/// Usual names of the time, without their unit.
 pub(crate) const NAMES: [&str; 22] = [
     "time",
     "t",
@@ -103,24 +103,24 @@ pub(crate) const NAMES: [&str; 22] = [
     "tijd",
 ];
 
-/// Numbers that are looked at.
+/// Number of values examined.
 pub(crate) const LOOKED_AT: usize = 500;
 
-/// Whole numbers whose usual step is at least this are no seconds, unless all are whole minutes.
+/// Whole numbers whose usual step is at least this are not seconds, unless all are whole minutes.
 const NO_SECONDS: f64 = 1000.0;
 
-/// Whole numbers with such steps and longer ones may be milliseconds.
+/// Whole numbers with a usual step of at least this may be milliseconds.
 const MILLISECONDS: f64 = 10.0;
 
-/// A clock that has run so long before the first number, as seconds four months, counts no seconds; with steps from here on it counts microseconds.
+/// A first number of at least this, four months in seconds, is not in seconds; if the steps are at least this too, it is in microseconds.
 const RUNNING: f64 = 1e7;
 const FAST: f64 = 100.0;
 
-/// Steps that are plainly microseconds, and from which on they are nanoseconds.
+/// Steps from which on times are clearly microseconds, and from which on nanoseconds.
 const MICROSECONDS: (f64, f64) = (5e3, 2e5);
 const NANOSECONDS: f64 = 2e6;
 
-/// The unit of times.
+/// The unit of times, and how it is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct JudgedUnit {
     pub(crate) unit: TimeUnit,
@@ -130,14 +130,14 @@ pub(crate) struct JudgedUnit {
 /// How a unit is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Known {
-    /// It was named.
+    /// The user or the name gave it.
     #[default]
     Named,
-    /// It is the only one that fits.
+    /// Only this unit fits.
     Surely(&'static str),
     /// It is likely.
     Likely(&'static str),
-    /// Seconds are what times are in.
+    /// Seconds, the default.
     Assumed,
 }
 
@@ -151,7 +151,7 @@ impl From<TimeUnit> for JudgedUnit {
 }
 
 impl JudgedUnit {
-    /// The unit, and how it is known, behind the column's name; nothing where it is seconds.
+    /// The unit, and how it is known, to be printed after the column's name; empty for seconds.
     pub(crate) fn told(&self) -> String {
         let unit = self.unit.name();
         match self.known {
@@ -162,7 +162,7 @@ impl JudgedUnit {
     }
 }
 
-/// Where the column of the times is, by its name; a name that is a unit of time alone is one.
+/// The column of the times, by its name; a unit of time alone is such a name.
 pub(crate) fn column<'a>(columns: impl Iterator<Item = &'a str> + Clone) -> Option<usize> {
     let named = |name: &str| {
         let is_it =
@@ -174,7 +174,7 @@ pub(crate) fn column<'a>(columns: impl Iterator<Item = &'a str> + Clone) -> Opti
     by_name.or_else(|| columns.clone().position(is_unit))
 }
 
-/// Whether a name is that of a time, and no unit's.
+/// Whether a name is that of a time, not of a unit.
 pub(crate) fn is_name(column: &str) -> bool {
     let is_it = |it: &str| {
         [column, named(column).0]
@@ -206,7 +206,7 @@ pub(crate) fn named(column: &str) -> (&str, Option<TimeUnit>) {
     found.unwrap_or((column, None))
 }
 
-/// The unit of the first numbers of a column that no name tells of.
+/// The unit of a column without a name for it, from its first numbers.
 pub(crate) fn judged(numbers: &[f64]) -> JudgedUnit {
     let is = |unit, known| JudgedUnit { unit, known };
     let assumed = is(TimeUnit::S, Known::Assumed);
@@ -259,7 +259,7 @@ pub(crate) fn judged(numbers: &[f64]) -> JudgedUnit {
     }
 }
 
-/// The median of the steps forward.
+/// The median of the forward steps.
 fn usual_step(numbers: &[f64]) -> Option<f64> {
     let mut steps: Vec<f64> = numbers.windows(2).map(|it| it[1] - it[0]).collect();
     steps.retain(|step| *step > 0.0);

@@ -1,7 +1,7 @@
 //! Timing statistics of stamps: rate, jitter, gaps, duplicates, in constant memory.
 //!
-//! Intervals are counted in bins one per cent wide, each with its mean, so that the median and
-//! the range of nine in ten are those of the data to about a per cent, and exact where all intervals of a bin are equal.
+//! Intervals are counted in bins one per cent wide, each with its mean. So the median and the nine-tenths range are accurate to about a per
+//! cent, and exact if all intervals of a bin are equal.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use crate::channel::Timing;
 /// An interval of more than this many medians is a gap.
 const GAP: f64 = 1.5;
 
-/// Takes stamps in the order they come, and tells how they lie.
+/// Takes stamps in the order of arrival, and computes their timing.
 #[derive(Clone, Debug, Default)]
 pub struct Meter {
     timing: Timing,
@@ -19,7 +19,7 @@ pub struct Meter {
 }
 
 impl Meter {
-    /// Takes a stamp, ns. One that is not behind the latest counts as a duplicate or as late.
+    /// Takes a stamp, ns. One that is not after the latest counts as a duplicate or as late.
     pub fn take(&mut self, stamp: i64) {
         self.timing.samples += 1;
         let Some((_, last)) = &mut self.timing.span else {
@@ -47,7 +47,7 @@ impl Meter {
         *sum += interval;
     }
 
-    /// Counts a sample whose value is of no use.
+    /// Counts a sample whose value is not finite.
     pub fn not_finite(&mut self) {
         self.timing.not_finite += 1;
     }
@@ -57,17 +57,17 @@ impl Meter {
         self.timing.absent += 1;
     }
 
-    /// Counts a sample that came before with the same stamp.
+    /// Counts a sample with the same stamp as an earlier one.
     pub fn duplicate(&mut self) {
         self.timing.duplicates += 1;
     }
 
-    /// Counts a sample that came too late to be put in order.
+    /// Counts a sample that came too late to be sorted.
     pub fn late(&mut self) {
         self.timing.late += 1;
     }
 
-    /// How the stamps so far lie.
+    /// The timing of the stamps so far.
     #[must_use]
     pub fn timing(&self) -> Timing {
         let total: u64 = self.bins.values().map(|(count, _)| count).sum();

@@ -1,11 +1,11 @@
 //! PX4's log format ULog, as far as signals need it: formats, subscriptions, data, dropouts (PX4 user guide, "ULog File Format").
 //!
-//! A topic is what PX4 calls a message; its second instance is `NAME_1`, and so on. A log that is cut off, as one is after a crash, is
-//! read up to the cut; where one is damaged, it is read on behind.
+//! A topic is PX4's message name; its second instance is `NAME_1`, and so on. A log that is cut off, as after a crash, is read up to the
+//! cut; a damaged one is read on after the damage.
 //!
-//! It is read here rather than by PX4's own parser (crate `px4-ulog` 0.6), which panics on short messages and lays out every field
-//! of every format, 65 535 of them for a line of text. Here a length costs no more than the bytes that are there, and
-//! the fields of a format are laid out once, up to a limit in all.
+//! PX4's own parser (crate `px4-ulog` 0.6) is not used: it panics on short messages and lays out every field of every format, 65 535 of
+//! them for a line of text. Here a length costs no more than the bytes present, and the fields of a format are laid out once, up to a total
+//! limit.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -23,11 +23,11 @@ const STAMP: &str = "timestamp";
 const MAGIC: &[u8] = b"ULog\x01\x12\x35";
 const HEADER: usize = 16;
 
-/// Formats, and bytes of their texts, at most; PX4 has 300 with 60 000.
+/// Maximum number of formats, and of bytes of their texts; PX4 has 300 with 60 000.
 const FORMATS: usize = 10_000;
 const TEXTS: usize = 4 << 20;
 
-/// Fields that are laid out at most, of all formats; PX4 has some 5 000.
+/// Maximum number of laid-out fields over all formats; PX4 has about 5 000.
 const NAMES: usize = 100_000;
 
 /// The longest message, bytes: its length has 16 bits.
@@ -38,7 +38,7 @@ const LONGEST: usize = u16::MAX as usize;
 enum Message<'a> {
     /// `NAME:TYPE FIELD;...`
     Format(&'a [u8]),
-    /// Data of this number are of that format, and of that instance of it.
+    /// Data with this number have that format and belong to that instance.
     Subscription {
         id: u16,
         instance: u8,
@@ -46,9 +46,9 @@ enum Message<'a> {
     },
     /// Numbers.
     Data { id: u16, body: &'a [u8] },
-    /// The logger was too slow for so long, ms.
+    /// The logger was too slow for this long, ms.
     Dropout(u16),
-    /// Nothing that is needed.
+    /// A message that is not needed.
     Other,
 }
 
@@ -61,14 +61,14 @@ pub(crate) struct Ulog {
     plans: Plans,
     is_cut: bool,
     dropouts: u64,
-    /// For how long in all, ms.
+    /// Total time of dropouts, ms.
     lost: u64,
 }
 
 struct Subscription {
     topic: String,
     format: String,
-    /// Known once its data has come.
+    /// The plan, once data has come.
     plan: Option<Rc<Plan>>,
 }
 
@@ -83,7 +83,7 @@ struct Plan {
 #[derive(Default)]
 struct Plans {
     known: BTreeMap<String, Rc<Plan>>,
-    /// Fields of them all.
+    /// Number of fields in all plans.
     fields: usize,
 }
 
@@ -108,7 +108,7 @@ impl Plans {
 }
 
 impl Ulog {
-    /// The data of a log; `None` if the file is none.
+    /// The data of a log; `None` if the file is not a ULog.
     pub(crate) fn of(file: File) -> io::Result<Option<Self>> {
         Ok(Messages::of(file)?.map(|messages| Self {
             messages,
@@ -181,7 +181,7 @@ impl LogReader for Ulog {
         }
         if self.messages.damaged > 0 {
             notes.push(format!(
-                "the log is damaged: {} bytes are of no message and are passed over",
+                "the log is damaged: {} bytes belong to no message and are skipped",
                 self.messages.damaged
             ));
         }
@@ -211,16 +211,16 @@ impl Plan {
 /// The kinds of messages that the format has.
 const KINDS: &[u8] = b"BFIMPQARDLCSO";
 
-/// Messages that must follow each other where a log is found again behind damage.
+/// Number of consecutive messages needed to resynchronise after damage.
 const FOLLOWING: usize = 3;
 
 /// The messages of a log, from the first.
 struct Messages {
     file: Ahead,
-    /// Where data was appended after a crash; the message before may be cut off.
+    /// Positions at which data was appended after a crash; the message before each may be cut off.
     appended: Vec<u64>,
     buffer: Vec<u8>,
-    /// Bytes that are of no message.
+    /// Number of bytes that belong to no message.
     damaged: u64,
 }
 
@@ -238,7 +238,7 @@ impl Messages {
         }))
     }
 
-    /// The next message; `None` at the end. An error of the kind `UnexpectedEof` says that the log is cut off.
+    /// The next message; `None` at the end. An error of the kind `UnexpectedEof` means that the log is cut off.
     fn next(&mut self) -> io::Result<Option<Message<'_>>> {
         let kind = loop {
             let start = self.file.position();
@@ -272,7 +272,7 @@ impl Messages {
         Ok(Some(message(kind, &self.buffer).unwrap_or(Message::Other)))
     }
 
-    /// Goes on to where messages follow each other again; returns whether they do.
+    /// Advances to where messages follow each other again; returns whether they do.
     fn find_again(&mut self) -> io::Result<bool> {
         loop {
             self.file.pass(1);
@@ -295,7 +295,7 @@ fn header(bytes: &[u8]) -> Option<(usize, u8)> {
     Some((usize::from(u16::from_le_bytes([low, high])), kind))
 }
 
-/// Whether so many whole messages of such kinds stand there, and the beginning of another behind them, or the end.
+/// Whether the bytes contain this many complete messages of such kinds, followed by the beginning of another or the end.
 fn follow(bytes: &[u8], count: usize, is_kind: &dyn Fn(u8) -> bool) -> bool {
     let mut rest = bytes;
     for _ in 0..count {
@@ -311,7 +311,7 @@ fn follow(bytes: &[u8], count: usize, is_kind: &dyn Fn(u8) -> bool) -> bool {
     header(rest).is_none_or(|it| is_kind(it.1))
 }
 
-/// Where data was appended, as the flags say.
+/// The positions at which data was appended, from the flags.
 fn appended(flags: &[u8]) -> Vec<u64> {
     let (Some(offsets), Some(incompatible)) = (flags.get(16..40), flags.get(8)) else {
         return Vec::new();
@@ -360,7 +360,7 @@ fn letter(name: &str) -> Option<u8> {
     })
 }
 
-/// Where a number is in the data.
+/// The place of a number in the data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Place {
     offset: usize,
@@ -383,7 +383,7 @@ impl Place {
 #[derive(Debug)]
 struct Field {
     type_name: String,
-    /// Elements, of a list.
+    /// Number of elements, for a list.
     count: Option<usize>,
     name: String,
 }
@@ -396,7 +396,7 @@ struct Formats {
 }
 
 impl Formats {
-    /// Takes a format; one that is not written as it should be, or for which there is no room, is passed over.
+    /// Takes a format; skips one that is invalid or exceeds the limit.
     fn take(&mut self, text: &[u8]) {
         self.texts += text.len();
         if self.by_name.len() < FORMATS
@@ -407,7 +407,7 @@ impl Formats {
         }
     }
 
-    /// The numbers of a format, at most so many: each with its path. Padding and texts are none.
+    /// The numbers of a format, at most `most`, each with its path. Padding and texts do not count.
     fn numbers(&self, format: &str, most: usize) -> Vec<(String, Place)> {
         let mut numbers = Vec::new();
         let mut sizes = BTreeMap::new();
@@ -417,7 +417,7 @@ impl Formats {
         numbers
     }
 
-    /// The bytes of a type; `None` if it is not known, contains itself, or is longer than a message.
+    /// The size of a type, bytes; `None` if it is not known, contains itself, or is longer than a message.
     fn size<'f>(
         &'f self,
         name: &'f str,

@@ -1,6 +1,6 @@
-//! Units as they stand in the names of columns, or in a line below them.
+//! Units in the names of columns, or in a line below them.
 
-/// Units that may end a column's name behind `_`.
+/// Units that may end a column's name after `_`.
 const UNITS: &[&str] = &[
     "s", "ms", "us", "ns", "sec", "msec", "usec", "nsec", "min", "h", "m", "cm", "mm", "km", "ft",
     "in", "nm", "kn", "kt", "kts", "mps", "kmh", "mph", "fps", "deg", "rad", "dps", "degs", "rads",
@@ -9,7 +9,7 @@ const UNITS: &[&str] = &[
     "degC", "K", "F", "pct", "percent", "l", "L", "lpm", "lbf", "lb",
 ];
 
-/// Units that stand below names, and no name ends in.
+/// Units that occur below names only.
 const MORE_UNITS: [&str; 25] = [
     "UTC",
     "knots",
@@ -38,7 +38,7 @@ const MORE_UNITS: [&str; 25] = [
     "Smp",
 ];
 
-/// Whether a name is that of a unit, as stands in a line below the names: `deg/s`, `[m]`, `-`.
+/// Whether a text is a unit, as in a line below the names: `deg/s`, `[m]`, `-`.
 pub(crate) fn is_unit(text: &str) -> bool {
     let bare = text.trim_matches(['[', ']', '(', ')']);
     let is_one = |it: &str| {

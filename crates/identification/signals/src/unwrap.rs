@@ -1,7 +1,7 @@
 //! Angles and counters that wrap, unwrapped.
 //!
-//! A wrap takes a signal from one end of its period to the other, and with the period taken off, it moves on as it did. Signals that
-//! jump like that without being wrapped, as commands do, do not move steadily before.
+//! A wrap takes a signal from one end of its period to the other; after subtracting the period, the signal moves as before. Signals that
+//! jump in this way without wrapping, as commands do, do not move steadily before the jump.
 
 use std::f64::consts::PI;
 use std::fmt;
@@ -10,34 +10,34 @@ use serde::Serialize;
 
 use crate::quantile::median;
 
-/// Periods that are known without being asked for.
+/// Periods that are detected automatically.
 const PERIODS: [f64; 4] = [360.0, 2.0 * PI, 65_536.0, 4_294_967_296.0];
 
-/// Steps from which the usual one is found.
+/// Number of steps from which the usual one is found.
 const FIRST: usize = 8;
 
 /// The weight of the latest step in the mean of all.
 const FORGETTING: f64 = 0.05;
 
-/// A step of so many usual ones is still a step.
+/// A step of up to this many usual ones is not a jump.
 const STEPS: f64 = 8.0;
 
-/// A value may be rounded to lie so far beyond the end, in periods.
+/// A value may be rounded to lie this far beyond the end, in periods.
 const EDGE: f64 = 1e-4;
 
-/// The usual step is less than this part of the period.
+/// The usual step must be less than this part of the period.
 const SMALL: f64 = 1.0 / 12.0;
 
-/// What becomes of angles and counters that wrap.
+/// Treatment of angles and counters that wrap.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Unwrap {
-    /// They are unwrapped where the jump is unmistakable: 360, 2 pi, 2^16 and 2^32.
+    /// Unwrap if the jump is unmistakable: periods 360, 2 pi, 2^16 and 2^32.
     #[default]
     Automatic,
-    /// They are unwrapped with that period: each step is the shortest.
+    /// Unwrap with that period: each step is the shortest.
     Period(f64),
-    /// They are taken as they are.
+    /// Do not unwrap.
     No,
 }
 
@@ -57,14 +57,14 @@ impl fmt::Display for Unwrap {
 pub(crate) struct Unwrapper {
     choice: Unwrap,
     last: Option<f64>,
-    /// The least and the greatest value so far. A signal that wraps stays within its period.
+    /// The smallest and the largest value so far. A signal that wraps stays within its period.
     range: Option<(f64, f64)>,
-    /// The size of a usual step that is not 0, and how many there were.
+    /// The usual size of a step other than 0, and the number of such steps.
     step: f64,
     steps: usize,
-    /// Steps of 0 since the last that was none.
+    /// Number of steps of 0 since the last nonzero one.
     still: usize,
-    /// Periods that are added now.
+    /// The number of periods added now.
     turns: f64,
     /// The period, once the signal has wrapped.
     pub(crate) period: Option<f64>,
@@ -73,7 +73,7 @@ pub(crate) struct Unwrapper {
 }
 
 impl Unwrapper {
-    /// Before the first value. `values` are the first, from which the usual step is taken.
+    /// Before the first value. `values` are the first, from which the usual step is computed.
     pub(crate) fn new(choice: Unwrap, values: &[f64]) -> Self {
         let mut steps: Vec<f64> = values.windows(2).map(|it| (it[1] - it[0]).abs()).collect();
         steps.retain(|step| *step > 0.0);

@@ -1,19 +1,19 @@
-//! Which property of the model makes the phase margin uncertain, and what experiment would tell more of it.
+//! Finds the property of the model that makes the phase margin uncertain, and an experiment that would determine it better.
 //!
-//! To first order the phase margin and a property q of the model are jointly normal, with slopes `g` and `h` over the
-//! parameters and covariance `P`. If q were known, the variance of the margin would fall by the share
+//! To first order the phase margin and a property q of the model are jointly normal, with slopes `g` and `h` by the parameters and
+//! covariance `P`. If q were known, the variance of the margin would fall by the share
 //!
 //! ```text
 //! (g' P h)^2 / ((g' P g) (h' P h))
 //! ```
-//! the square of their correlation. Shares of properties that are uncertain together overlap: they need not add up to one.
+//! the square of their correlation. Shares of correlated properties overlap: they need not sum to one.
 
 use crate::closed_loop::{Margins, PlantResponse};
 use crate::controller::Controller;
 use crate::error::{Result, TuneError};
 use crate::model::{NUDGE, PropertyKind, Sampling, UncertainModel};
 
-/// A property of the model and what its uncertainty does.
+/// A property of the model and the effect of its uncertainty.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cause {
     /// Its name.
@@ -24,19 +24,19 @@ pub struct Cause {
     pub value: f64,
     /// Its standard deviation.
     pub deviation: f64,
-    /// By which share the variance of the phase margin would fall if it were known.
+    /// The share by which the variance of the phase margin would fall if the property were known.
     pub share: f64,
-    /// The standard deviation of the phase margin by all properties, rad.
+    /// The standard deviation of the phase margin from all properties, rad.
     pub margin_deviation: f64,
-    /// What would tell more of it.
+    /// An experiment that would determine it better.
     pub experiment: String,
 }
 
-/// The properties, the one first that explains most of the phase margin's variance; none of an exact model, or where there is no
-/// phase margin.
+/// The properties, sorted by the share of the phase margin's variance that they explain; empty for an exact model, or without a phase
+/// margin.
 ///
 /// # Errors
-/// Plants that cannot be computed, roots that cannot be found.
+/// If plants or roots cannot be computed.
 pub fn causes(
     model: &UncertainModel,
     sampling: &Sampling,
@@ -89,7 +89,7 @@ pub fn causes(
     Ok(found)
 }
 
-/// What would tell more of a property.
+/// An experiment that would determine a property better.
 fn experiment(kind: PropertyKind, value: f64, unit: &str, crossover: f64) -> String {
     let period = std::f64::consts::TAU / crossover;
     match kind {

@@ -1,4 +1,4 @@
-//! A plant and a controller as a loop: margins, stability, responses.
+//! A plant and a controller as a closed loop: margins, stability, responses.
 
 use nalgebra::Complex;
 use planesman_linear::ComplexFunctions as _;
@@ -8,14 +8,14 @@ use planesman_linear::polynomial::{lies_within, product, sum};
 use crate::controller::Controller;
 use crate::plant::Plant;
 
-/// The frequencies of a loop reach from this share of Nyquist's to nearly that one; there every loop is real.
+/// The frequencies of a loop range from the first to the second share of Nyquist's frequency, where every loop is real.
 const SHARES_OF_NYQUIST: (f64, f64) = (1e-6, 0.9999);
 
-/// A value whose imaginary part is below this share of it is real.
+/// A value whose imaginary part is below this share of it counts as real.
 const REAL: f64 = 1e-3;
 
-/// By how much an unstable loop misses any limits, beside the number of these circles that do not hold its poles: of radius 1 and a part that
-/// begins so and grows by so much.
+/// The miss of an unstable loop, in addition to the number of circles that do not contain its poles: circles of radius 1 and a growing part
+/// beyond.
 const UNSTABLE: f64 = 10.0;
 const RADIUS: (f64, f64) = (1e-3, 1.6);
 const RADII: i32 = 20;
@@ -25,20 +25,20 @@ const RADII: i32 = 20;
 pub struct PlantResponse {
     /// The plant.
     pub plant: Plant,
-    /// Frequencies, rad/s, and output per input.
+    /// Frequencies, rad/s, and the response, output unit per input unit.
     pub response: Response,
 }
 
 /// Margins of a loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margins {
-    /// Whether every pole of the closed loop decays.
+    /// Whether every pole of the closed loop is stable.
     pub is_stable: bool,
-    /// The least phase margin, rad; infinite without a gain crossover, negative infinite of an unstable loop.
+    /// The smallest phase margin, rad; infinite without a gain crossover, negative infinite for an unstable loop.
     pub phase: f64,
-    /// The factor by which the gain may at least grow or fall, above 1; infinite without a phase crossover, 0 of an unstable loop.
+    /// The factor by which the gain may at least rise or fall, above 1; infinite without a phase crossover, 0 for an unstable loop.
     pub gain: f64,
-    /// The largest `|1 / (1 + L)|`; infinite of an unstable loop.
+    /// The largest `|1 / (1 + L)|`; infinite for an unstable loop.
     pub sensitivity: f64,
     /// The highest gain crossover, rad/s; `None` without one.
     pub crossover: Option<f64>,
@@ -71,7 +71,7 @@ impl PlantResponse {
         }
     }
 
-    /// The open loop's response with a controller, on the plant's frequencies.
+    /// The open loop's response with a controller, at the plant's frequencies.
     #[must_use]
     pub fn open_loop(&self, controller: &Controller) -> Response {
         let tick = self.plant.tick;
@@ -88,7 +88,7 @@ impl PlantResponse {
             .is_some_and(|all| lies_within(&all, 1.0))
     }
 
-    /// The closed loop's polynomial in `1/z` behind its leading 1, `A D + z^-d B N` with `C = N/D`; `None` where it has no such 1.
+    /// The closed loop's polynomial in `1/z` after its leading 1, `A D + z^-d B N` with `C = N/D`; `None` if there is no leading 1.
     fn closed_loop(&self, controller: &Controller) -> Option<Vec<f64>> {
         let Plant { a, b, delay, tick } = &self.plant;
         let (num, den) = controller.backward(*tick);
@@ -111,7 +111,7 @@ impl PlantResponse {
         self.margins_with(controller, &self.on_grid(controller))
     }
 
-    /// The controller's response on the plant's frequencies, which are the same for plants of the same tick.
+    /// The controller's response at the plant's frequencies, which are the same for plants with the same tick.
     pub(crate) fn on_grid(&self, controller: &Controller) -> Vec<Complex<f64>> {
         let points = self.response.iter();
         points
@@ -119,7 +119,7 @@ impl PlantResponse {
             .collect()
     }
 
-    /// The same with the controller's response on the frequencies at hand.
+    /// The same with the controller's response at the plant's frequencies given.
     pub(crate) fn margins_with(
         &self,
         controller: &Controller,
@@ -156,19 +156,19 @@ impl PlantResponse {
     }
 }
 
-/// What a loop is to keep.
+/// The required margins.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// The least phase margin, rad.
+    /// The smallest phase margin, rad.
     pub phase: f64,
-    /// The least factor by which the gain may grow or fall, above 1.
+    /// The smallest factor by which the gain may rise or fall, above 1.
     pub gain: f64,
     /// The largest sensitivity peak.
     pub sensitivity: f64,
 }
 
 impl Limits {
-    /// Whether margins keep them.
+    /// Whether margins satisfy them.
     #[must_use]
     pub fn are_kept(&self, by: &Margins) -> bool {
         by.is_stable
@@ -177,8 +177,8 @@ impl Limits {
             && by.sensitivity <= self.sensitivity
     }
 
-    /// By how much a loop misses them, for searches: an unstable one by [`UNSTABLE`] and more the larger its poles, others by the sum of the shares that
-    /// their margins lack; 0 where all are kept.
+    /// By how much a loop misses them, for searches. For an unstable loop this is [`UNSTABLE`] plus a value that grows with its poles, for
+    /// others the sum of the relative deficits; 0 if all are satisfied.
     #[must_use]
     pub(crate) fn missed_by(&self, seen: &PlantResponse, controller: &Controller) -> f64 {
         let margins = seen.margins(controller);
@@ -197,7 +197,7 @@ impl Limits {
         lacking.max(f64::MIN_POSITIVE)
     }
 
-    /// Tighter ones: at 0 the same, at 1 such as no loop keeps.
+    /// Stricter limits: the same at 0; at 1 limits that no loop satisfies.
     #[must_use]
     pub(crate) fn tightened(&self, share: f64) -> Self {
         let phase = self.phase.min(std::f64::consts::FRAC_PI_2);

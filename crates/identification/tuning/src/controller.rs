@@ -1,9 +1,9 @@
-//! PI and PID controllers: their forms, and what they do at the ticks.
+//! PI and PID controllers: their forms and their discrete equations.
 
 use nalgebra::Complex;
 use planesman_linear::polar;
 
-/// The derivative's filter is so many times faster than its time `Td`.
+/// The derivative's filter is this many times faster than `Td`.
 pub const FILTER_RATIO: f64 = 10.0;
 
 /// A PI or PID controller in parallel form, evaluated at every tick of `T` seconds:
@@ -13,22 +13,22 @@ pub const FILTER_RATIO: f64 = 10.0;
 /// I_k = I_(k-1) + ki T e_k
 /// D_k = (filter D_(k-1) - kd (y_k - y_(k-1))) / (filter + T)
 /// ```
-/// (Astrom and Hagglund, *Advanced PID Control*, 2006, ch. 13: backward differences.) The derivative acts on the output alone: a
-/// step of the setpoint makes no impulse.
+/// (Astrom and Hagglund, *Advanced PID Control*, 2006, ch. 13: backward differences.) The derivative acts on the output alone, so a step of
+/// the setpoint causes no impulse.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Controller {
     /// Proportional gain, input unit per output unit.
     pub kp: f64,
-    /// Integral gain, the same per s.
+    /// Integral gain, input unit per output unit and s.
     pub ki: f64,
-    /// Derivative gain, the same times s; 0 of a PI controller.
+    /// Derivative gain, input unit per output unit times s; 0 for a PI controller.
     pub kd: f64,
     /// Time constant of the derivative's filter, s.
     pub filter: f64,
 }
 
 impl Controller {
-    /// Of the ideal (ISA) form `K (1 + 1/(Ti s) + Td s / (Td/N s + 1))` with N of [`FILTER_RATIO`]; an infinite `Ti` is no integral.
+    /// From the ideal (ISA) form `K (1 + 1/(Ti s) + Td s / (Td/N s + 1))` with N = [`FILTER_RATIO`]; an infinite `Ti` means no integral.
     #[must_use]
     pub fn ideal(k: f64, ti: f64, td: f64) -> Self {
         Self {
@@ -39,7 +39,7 @@ impl Controller {
         }
     }
 
-    /// Of the series form `Kc (1 + 1/(tau_i s)) (tau_d s + 1)`.
+    /// From the series form `Kc (1 + 1/(tau_i s)) (tau_d s + 1)`.
     #[must_use]
     pub fn series(kc: f64, tau_i: f64, tau_d: f64) -> Self {
         let both = 1.0 + tau_d / tau_i;
@@ -58,7 +58,7 @@ impl Controller {
         self.kd / self.kp
     }
 
-    /// The same with every gain times a factor.
+    /// The same controller with every gain multiplied by a factor.
     #[must_use]
     pub fn times(&self, factor: f64) -> Self {
         Self {
@@ -69,7 +69,7 @@ impl Controller {
         }
     }
 
-    /// Its response at a frequency, rad/s, for ticks of `tick` seconds.
+    /// Its frequency response at a frequency, rad/s, for ticks of `tick` seconds.
     #[must_use]
     pub fn at(&self, frequency: f64, tick: f64) -> Complex<f64> {
         let q = polar(1.0, -frequency * tick);

@@ -1,4 +1,4 @@
-//! Model files of the plants that a model's uncertainty allows.
+//! Model files of random plants within a model's uncertainty.
 
 use nalgebra::{DMatrix, DVector};
 use planesman_identification::noise;
@@ -6,8 +6,8 @@ use planesman_model_file::ModelFile;
 
 use crate::model::factor;
 
-/// So many model files with coefficients drawn from the file's covariance: those of the vehicle's equations where it has them, else those
-/// of the difference equation. The same for the same seed; without covariance none.
+/// `count` model files with coefficients drawn from the file's covariance: those of the vehicle's equations if it has them, else those of
+/// the difference equation. The result depends only on the seed; without a covariance it is empty.
 #[must_use]
 pub fn drawn(file: &ModelFile, count: usize, seed: u32) -> Vec<ModelFile> {
     let physical = file.physical.as_ref();

@@ -1,11 +1,11 @@
-//! A continuous model in gain, time constants and dead time, which the tuning rules are written in.
+//! A continuous model in gain, time constants and dead time, the form that tuning rules use.
 
 use nalgebra::Complex;
 use planesman_linear::{ComplexFunctions as _, TransferFunction, polynomial};
 
 use crate::error::Result;
 
-/// A pole nearer to s = 0 than this share of the fastest is an integrator.
+/// A pole nearer to s = 0 than this share of the fastest counts as an integrator.
 const AT_ZERO: f64 = 1e-7;
 
 /// `gain prod(s/-z + 1) / (s^n prod(s/-p + 1)) e^(-delay s)`.
@@ -15,7 +15,7 @@ pub struct Dynamics {
     pub gain: f64,
     /// `n`.
     pub integrators: usize,
-    /// The other poles, 1/s, the slowest first.
+    /// The other poles, 1/s, slowest first.
     pub poles: Vec<Complex<f64>>,
     /// 1/s
     pub zeros: Vec<Complex<f64>>,
@@ -24,10 +24,10 @@ pub struct Dynamics {
 }
 
 impl Dynamics {
-    /// Of a transfer function in s behind a delay, s.
+    /// From a transfer function in s with a dead time, s.
     ///
     /// # Errors
-    /// Roots that cannot be found.
+    /// If roots cannot be found.
     pub fn new(transfer: &TransferFunction, delay: f64) -> Result<Self> {
         let mut poles = transfer.poles()?;
         let fastest = poles.iter().map(|p| p.modulus()).fold(0.0, f64::max);
@@ -60,9 +60,9 @@ impl Dynamics {
         })
     }
 
-    /// The same with short zeros as dead time, each by its time constant, of a pair by their sum: `T s + 1 = e^(T s)` for so short a `T`. Short are
-    /// those of less than `sample` seconds, which sampling itself makes and noise moves, and those to the left that the dead time makes up for:
-    /// a model with a sample of delay too many has them. The dead time does not fall below 0.
+    /// Converts short zeros to dead time, each by its time constant, a pair by the sum: for a short `T`, `T s + 1 = e^(T s)`. A zero is
+    /// short if its time constant is below `sample` seconds (caused by sampling and moved by noise), or if it is in the left half plane and
+    /// compensated by the dead time, as in a model with a sample of delay too many. The dead time does not fall below 0.
     #[must_use]
     pub fn with_short_zeros_as_delay(mut self, sample: f64) -> Self {
         let lead = |zero: &Complex<f64>| {
@@ -86,23 +86,23 @@ impl Dynamics {
         self
     }
 
-    /// The number of poles, integrators among them.
+    /// The number of poles, including integrators.
     #[must_use]
     pub fn order(&self) -> usize {
         self.integrators + self.poles.len()
     }
 
-    /// The pole that grows fastest, 1/s; `None` of a model that only decays or integrates.
+    /// The most unstable pole, 1/s; `None` for a model without one.
     #[must_use]
     pub fn unstable(&self) -> Option<f64> {
         let growing = self.poles.iter().map(|p| p.re).filter(|re| *re > 0.0);
         growing.max_by(f64::total_cmp)
     }
 
-    /// Of polynomials in s: what the poles without dead time and zeros are, highest power first.
+    /// The denominator polynomial in s, without dead time and zeros, highest power first.
     ///
     /// # Errors
-    /// Numbers that overflow.
+    /// If numbers overflow.
     pub fn denominator(&self) -> Result<Vec<f64>> {
         let monic = polynomial::from_roots(&self.poles)?;
         let end = monic.last().copied().unwrap_or(1.0);

@@ -1,4 +1,4 @@
-//! Why there are no gains.
+//! Reasons why there are no gains.
 
 use planesman_identification::IdentificationError;
 use planesman_identification::analysis::Verdict;
@@ -7,27 +7,28 @@ use planesman_text::{option, setting};
 /// A result of this crate.
 pub(crate) type Result<T, E = TuneError> = std::result::Result<T, E>;
 
-/// Why there are no gains. Each sentence ends with what to do next.
+/// Reasons why there are no gains. Each message ends with the next step.
 #[derive(Debug, thiserror::Error)]
 pub enum TuneError {
-    /// The verdict says that it is no model to rely on.
+    /// The verdict says that the model is not reliable.
     #[error(
-        "the model's verdict is '{}': gains for such a model are a guess. Identify it anew, or take it as it is: {}",
+        "the model's verdict is '{}': gains for such a model are a guess. Identify it again, or \
+         use it anyway: {}",
         .0.words(), option("anyway")
     )]
     Verdict(Verdict),
     /// A judgement that no fit of this version writes.
     #[error("the model file's judgement '{standing}', '{code}' is not known")]
     Judgement {
-        /// What may be done with it.
+        /// The standing in the file.
         standing: String,
         /// What decided.
         code: String,
     },
-    /// A model without a covariance, which is not known exactly.
+    /// A model without a covariance that is not exactly known.
     #[error(
-        "the model file has no covariance: nothing says how far the plant may be from it. Identify it by planesman sysid fit, or tune it as if \
-         it were exact: {}",
+        "the model file has no covariance, so the uncertainty of the plant is unknown. Identify \
+         it by planesman sysid fit, or treat the model as exact: {}",
         option("anyway")
     )]
     NoCovariance,
@@ -42,15 +43,16 @@ pub enum TuneError {
         /// With its 95 % interval.
         interval: String,
     },
-    /// The input acts on the output of the same sample.
+    /// The model has direct feedthrough.
     #[error(
-        "the input acts on the output of the same sample, which a controller that reads the output first cannot use: give the time from the sample \
-         to its command, {}", setting("computing_delay", .0)
+        "the input acts on the output of the same sample, but a controller reads the output \
+         first: give the time from the sample to its command, {}", setting("computing_delay", .0)
     )]
     Feedthrough(f64),
-    /// Another tick than the model's, and no continuous counterpart.
+    /// Another tick than the model's, but no continuous counterpart.
     #[error(
-        "the model has no continuous counterpart ({source}): keep its own sample time, {}, and whole samples of {}",
+        "the model has no continuous counterpart ({source}): use its own sample time, {}, and \
+         whole samples of {}",
         setting("period", sample_time),
         option("computing_delay")
     )]
@@ -60,50 +62,52 @@ pub enum TuneError {
         /// Why.
         source: IdentificationError,
     },
-    /// An unstable pole and a dead time that no controller gets along with.
+    /// An unstable pole with a dead time that no controller can handle.
     #[error(
-        "the plant has an unstable pole of time constant {time_constant:.4} s behind {delay:.4} s of dead time: no controller has a sensitivity peak \
-         below {least:.2}, and {} is {limit}. Shorten the dead time ({}, {}, the actuator), or allow more: {}",
+        "the plant has an unstable pole of time constant {time_constant:.4} s with {delay:.4} s \
+         of dead time: no controller has a sensitivity peak below {least:.2}, but {} is {limit}. \
+         Shorten the dead time ({}, {}, the actuator), or allow more: {}",
         option("ms"), option("period"), option("computing_delay"), setting("ms", format!("{allowed:.1}"))
     )]
     TooLate {
-        /// Of the pole, s.
+        /// Time constant of the pole, s.
         time_constant: f64,
         /// s
         delay: f64,
         /// The bound.
         least: f64,
-        /// The limit asked for.
+        /// The requested limit.
         limit: f64,
-        /// A limit above the bound.
+        /// A limit that is possible.
         allowed: f64,
     },
     /// A rule for another kind of model.
     #[error(
-        "{} is for {needs}, and the model has {found}. Use {}",
+        "{} needs {needs}, but the model has {found}. Use {}",
         setting("method", method),
         setting("method", "optimise")
     )]
     NotFor {
         /// The method.
         method: &'static str,
-        /// What it is for.
+        /// The kind of model that it needs.
         needs: &'static str,
         /// What the model has instead.
         found: String,
     },
-    /// No gains of the method keep the limits.
+    /// No gains of the method satisfy the limits.
     #[error(
-        "{method}: no gains keep {limits} in 95 % of the plants that the model allows; {best}. {advice}"
+        "{method}: no gains keep {limits} in 95 % of the plants within the model's uncertainty; \
+         {best}. {advice}"
     )]
     OutOfReach {
         /// The method.
         method: &'static str,
         /// The limits.
         limits: String,
-        /// What the best ones do.
+        /// The margins of the best gains.
         best: String,
-        /// What to do.
+        /// The next step.
         advice: String,
     },
     /// An option for another method.
@@ -115,10 +119,10 @@ pub enum TuneError {
     Option {
         /// The option.
         option: &'static str,
-        /// The methods that take it.
+        /// The methods that use it.
         methods: &'static str,
     },
-    /// A phase that no controller of the kind has.
+    /// A phase that no controller of the kind can have.
     #[error(
         "{}: {reason}. Choose a {direction} crossover, or {}",
         setting("crossover", crossover),
@@ -132,10 +136,10 @@ pub enum TuneError {
         /// `lower` or `higher`.
         direction: &'static str,
     },
-    /// Numbers that overflow.
+    /// If numbers overflow.
     #[error(transparent)]
     Linear(#[from] planesman_linear::Error),
-    /// A model that is none.
+    /// An invalid model.
     #[error(transparent)]
     Model(#[from] IdentificationError),
 }

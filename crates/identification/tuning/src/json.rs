@@ -1,4 +1,4 @@
-//! A tuning as JSON, as `--json` prints it; numbers that are infinite are `null`.
+//! A tuning as JSON, for `--json`; infinite numbers are `null`.
 
 use serde_json::{Value, json};
 
@@ -6,7 +6,7 @@ use crate::robustness::{Distribution, MISSED};
 use crate::tune::Tuning;
 
 impl Tuning {
-    /// Everything but the responses.
+    /// Everything except the responses.
     #[must_use]
     pub fn as_json(&self) -> Value {
         let finite = |value: f64| Some(value).filter(|it| it.is_finite());

@@ -1,13 +1,13 @@
-//! PI and PID gains for identified models, and what they keep over the plants that a model's uncertainty allows.
+//! PI and PID gains for identified models, with margins over the plants within a model's uncertainty.
 //!
 //! ```text
 //! ModelFile -> UncertainModel -> draws -> Plant      the controller's view at its ticks, dead time exact
 //!           -> Dynamics -> Reduced                   gain, time constants and dead time, by the half rule
 //! rules, search -> Controller -> Margins, Motion     of the model and of each draw
 //! ```
-//! - [`tune`], [`TuneOptions`], [`Tuning`]: the whole way, with the choice of the method.
+//! - [`tune`], [`TuneOptions`], [`Tuning`]: the complete computation, including the choice of the method.
 //! - [`rules`], [`search`]: gains for one model. [`reduction`]: the half rule.
-//! - [`PlantResponse`], [`Margins`], [`Motion`]: a loop judged. [`causes`]: what makes its phase margin uncertain.
+//! - [`PlantResponse`], [`Margins`], [`Motion`]: the analysis of a loop. [`causes`]: what makes its phase margin uncertain.
 
 mod causes;
 mod closed_loop;

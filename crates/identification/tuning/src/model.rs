@@ -1,4 +1,4 @@
-//! A model with its uncertainty, and the plants that it allows.
+//! A model with its uncertainty, and random plants within it.
 
 use nalgebra::{Complex, DMatrix, DVector};
 use planesman_identification::analysis::{Standing, Verdict};
@@ -15,37 +15,37 @@ use crate::dynamics::Dynamics;
 use crate::error::{Result, TuneError};
 use crate::plant::Plant;
 
-/// Ticks within this share of each other are one.
+/// Ticks within this share of each other count as equal.
 const SAME: f64 = 1e-6;
-/// Directions of the covariance below this share of the largest are rounding.
+/// Directions of the covariance below this share of the largest are rounding error.
 const ROUNDING: f64 = 1e-15;
-/// Standard deviations over which slopes are taken.
+/// The step of difference quotients, in standard deviations.
 pub(crate) const NUDGE: f64 = 0.01;
-/// A pole this near to z = 1 integrates.
+/// A pole this near to z = 1 counts as an integrator.
 const AT_ONE: f64 = 1e-6;
 
-/// When the controller acts.
+/// The sampling of the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampling {
     /// The controller's sample time, s.
     pub tick: f64,
-    /// From a sample of the output to the command that answers it, s.
+    /// The time from a sample of the output to the resulting command, s.
     pub computing_delay: f64,
 }
 
-/// A model whose parameters are normally distributed: those of a process model as gain, logarithms of time constants (so that
-/// they stay above 0) and dead time; of another the coefficients of its difference equation.
+/// A model with normally distributed parameters. For a process model they are gain, logarithms of time constants (so that these stay above
+/// 0) and dead time; for others the coefficients of the difference equation.
 #[derive(Clone, Debug)]
 pub struct UncertainModel {
     /// The input's name.
     pub input: String,
     /// The output's name.
     pub output: String,
-    /// What kind of model it is, in words.
+    /// The kind of model, as text.
     pub description: String,
-    /// The interval between the samples that it was identified from, s.
+    /// The sampling interval of the identification, s.
     pub sample_time: f64,
-    /// What was to be said of it.
+    /// Notes about the model.
     pub notes: Vec<String>,
     kind: Kind,
     centre: DVector<f64>,
@@ -57,11 +57,11 @@ pub struct UncertainModel {
 enum Kind {
     /// Gain, logarithms, dead time.
     Process(Form),
-    /// So many `a`, then the numerator.
+    /// This many `a`, then the numerator.
     Equation { poles: usize },
 }
 
-/// A property of the model, by which its uncertainty is told.
+/// A property in which the model's uncertainty is expressed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Property {
     /// Its name.
@@ -88,10 +88,10 @@ pub enum PropertyKind {
 }
 
 impl UncertainModel {
-    /// Of a model file.
+    /// From a model file.
     ///
     /// # Errors
-    /// Unless `anyway`: a verdict that it is not to be relied on, a file without covariance.
+    /// Unless `anyway`: if the verdict says that the model is not reliable, or the file has no covariance.
     pub fn new(file: &ModelFile, anyway: bool) -> Result<Self> {
         let mut notes = Vec::new();
         if let Some(judgement) = file.judgement() {
@@ -108,7 +108,11 @@ impl UncertainModel {
             Some((form, values)) => {
                 let (centre, covariance, alone) = process_coordinates(file, &values);
                 if alone {
-                    notes.push("the file has no covariance of the process parameters: they are taken as independent".to_owned());
+                    notes.push(
+                        "the file has no covariance of the process parameters: they are \
+                        assumed to be independent"
+                            .to_owned(),
+                    );
                 }
                 (Kind::Process(form), centre, covariance)
             }
@@ -130,12 +134,12 @@ impl UncertainModel {
         };
         if let Some(curve) = &file.static_curve {
             let (side, undone) = match curve.side {
-                Side::Input => ("input", "what the controller sends"),
-                Side::Output => ("output", "what it measures"),
+                Side::Input => ("input", "the controller's output"),
+                Side::Output => ("output", "the measured value"),
             };
             notes.push(format!(
-                "gains and margins are those of the linear dynamics: the {side} goes through a static curve ({}), which they do not count; \
-                 put its inverse on {undone}",
+                "gains and margins are those of the linear dynamics, without the static curve \
+                 ({}) of the {side}; put its inverse on {undone}",
                 curve.kind
             ));
         }
@@ -146,7 +150,7 @@ impl UncertainModel {
             if !anyway {
                 return Err(TuneError::NoCovariance);
             }
-            notes.push("no covariance: the model is taken as exact".to_owned());
+            notes.push("no covariance: the model is assumed to be exact".to_owned());
         }
         let description = match &file.process {
             Some(process) => format!("process {}, {}", process.form, process.equation),
@@ -170,25 +174,25 @@ impl UncertainModel {
         self.factor.ncols() == 0
     }
 
-    /// The parameters themselves.
+    /// The mean of the parameters.
     #[must_use]
     pub fn centre(&self) -> &DVector<f64> {
         &self.centre
     }
 
-    /// Parameters so many standard deviations along each direction of the covariance.
+    /// The parameters this many standard deviations along a direction of the covariance.
     #[must_use]
     pub fn along(&self, direction: usize, deviations: f64) -> DVector<f64> {
         &self.centre + self.factor.column(direction) * deviations
     }
 
-    /// The directions of the covariance.
+    /// The number of directions of the covariance.
     #[must_use]
     pub fn directions(&self) -> usize {
         self.factor.ncols()
     }
 
-    /// So many parameters from their distribution, the same for the same seed.
+    /// Random parameters from their distribution; they depend only on the seed.
     #[must_use]
     pub fn draws(&self, count: usize, seed: u32) -> Vec<DVector<f64>> {
         let directions = self.directions();
@@ -198,10 +202,10 @@ impl UncertainModel {
             .collect()
     }
 
-    /// The plant with these parameters, as the controller sees it.
+    /// The plant with these parameters, sampled as the controller sees it.
     ///
     /// # Errors
-    /// An input that acts at once; another tick than the model's where it has no continuous counterpart.
+    /// If the model has direct feedthrough, or the tick differs from the model's and there is no continuous counterpart.
     pub fn plant(&self, parameters: &DVector<f64>, sampling: &Sampling) -> Result<Plant> {
         let Sampling {
             tick,
@@ -234,7 +238,7 @@ impl UncertainModel {
     /// The model with these parameters in continuous time, and its dead time, s.
     ///
     /// # Errors
-    /// Poles that no continuous system has.
+    /// If poles belong to no continuous system.
     pub fn continuous(&self, parameters: &DVector<f64>) -> Result<(TransferFunction, f64)> {
         match self.kind {
             Kind::Process(form) => process_transfer(form, parameters),
@@ -261,17 +265,17 @@ impl UncertainModel {
     /// The model itself in gain, time constants and dead time.
     ///
     /// # Errors
-    /// As [`UncertainModel::continuous`].
+    /// Like [`UncertainModel::continuous`].
     pub fn dynamics(&self) -> Result<Dynamics> {
         let (transfer, delay) = self.continuous(&self.centre)?;
         Dynamics::new(&transfer, delay)
     }
 
-    /// Gain, poles and dead time with these parameters, those of the poles in the order of the model's own. The dead time of a
-    /// difference equation is that of its numerator at a frequency, rad/s: `-arg(z^-d B / B(1)) / w`.
+    /// Gain, poles and dead time with these parameters; the poles are in the order of the model's own. The dead time of a difference
+    /// equation is its numerator's delay at a frequency, rad/s: `-arg(z^-d B / B(1)) / w`.
     ///
     /// # Errors
-    /// Roots that cannot be found.
+    /// If roots cannot be found.
     pub fn properties(
         &self,
         parameters: &DVector<f64>,
@@ -351,7 +355,7 @@ impl UncertainModel {
         }
     }
 
-    /// The poles in s, 1/s, the slowest first, of a pair the upper one, without integrators and artefacts of sampling.
+    /// The poles in s, 1/s, slowest first, of a pair the upper one, without integrators and artefacts of sampling.
     fn modes(&self, parameters: &DVector<f64>, poles: usize) -> Result<Vec<Complex<f64>>> {
         let (den, _) = equation(parameters, poles);
         let roots = polynomial::roots(&den)?.into_iter();
@@ -364,8 +368,8 @@ impl UncertainModel {
         Ok(modes)
     }
 
-    /// Whether the sign of the gain is beyond doubt: the 95 % interval of the gain does not hold 0, or that of `B(1)`, which does not
-    /// change where a slow pole passes z = 1.
+    /// Checks that the sign of the gain is determined: the 95 % interval of the gain does not contain 0, or that of `B(1)` does not, which
+    /// is unaffected by a slow pole passing z = 1.
     ///
     /// # Errors
     /// [`TuneError::Sign`].
@@ -399,8 +403,7 @@ impl UncertainModel {
     }
 }
 
-/// Whether a model was identified for an input that moves on straight lines between its samples: its numerator has the factor
-/// `(1 + 1/z)/2`, exactly.
+/// Whether a model was identified for an input that is linear between its samples: its numerator then has the exact factor `(1 + 1/z)/2`.
 fn is_of_lines(file: &ModelFile) -> bool {
     let alternating = file.num.iter().rev().enumerate();
     let at_minus_one: f64 = alternating
@@ -410,7 +413,7 @@ fn is_of_lines(file: &ModelFile) -> bool {
     file.method != "exact" && file.num.len() > 1 && at_minus_one.abs() < 1e-9 * size
 }
 
-/// The coefficients of such a model for a held input, as a controller's: the numerator without that factor.
+/// The coefficients of such a model for a held input, as from a controller: the numerator without that factor.
 fn of_held_input(poles: usize, count: usize) -> DMatrix<f64> {
     let mut held = DMatrix::identity(count, count);
     for row in poles..count {
@@ -439,7 +442,7 @@ fn process(file: &ModelFile) -> Option<(Form, Vec<f64>)> {
     (positive && values.len() == form.parameters().len()).then_some((form, values))
 }
 
-/// Gain, logarithms and dead time, their covariance, and whether that of the parameters with each other is not known.
+/// Gain, logarithms and dead time, their covariance, and whether correlations of the parameters are unknown.
 fn process_coordinates(file: &ModelFile, values: &[f64]) -> (DVector<f64>, DMatrix<f64>, bool) {
     let last = values.len() - 1;
     let is_logarithm = |i: usize| (1..last).contains(&i);
@@ -477,7 +480,7 @@ fn process_coordinates(file: &ModelFile, values: &[f64]) -> (DVector<f64>, DMatr
     (centre, covariance, known.is_none() && is_uncertain)
 }
 
-/// Gain, time constants and dead time; a dead time is not below 0.
+/// Gain, time constants and dead time; the dead time is at least 0.
 fn natural(coordinates: &DVector<f64>) -> Vec<f64> {
     let last = coordinates.len() - 1;
     let each = coordinates.iter().enumerate();
@@ -513,7 +516,7 @@ fn equation(parameters: &DVector<f64>, poles: usize) -> (Vec<f64>, &[f64]) {
     )
 }
 
-/// `F` with `F F'` the covariance, a column for each direction that is not rounding.
+/// `F` with `F F'` the covariance; a column for each direction that is not rounding error.
 pub(crate) fn factor(covariance: &DMatrix<f64>) -> DMatrix<f64> {
     let used: Vec<usize> = (0..covariance.nrows())
         .filter(|i| covariance[(*i, *i)] > 0.0)

@@ -1,4 +1,4 @@
-//! What a tuning is asked for.
+//! The options of a tuning.
 
 use crate::closed_loop::Limits;
 use crate::error::{Result, TuneError};
@@ -6,7 +6,7 @@ use crate::reduction::Order;
 use crate::search::{Bounds, Objective};
 
 planesman_text::choices! {
-    /// How gains are found.
+    /// The method for the gains.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Method {
         Simc = "simc": "Skogestad's rule on the model reduced by the half rule",
@@ -35,42 +35,42 @@ impl Kind {
     }
 }
 
-/// The options of [`tune`](crate::tune); each is the option of that name of `planesman tune`.
+/// The options of [`tune`](crate::tune); each is the option of the same name of `planesman tune`.
 #[derive(Clone, Debug)]
 pub struct TuneOptions {
-    /// `None`: chosen by the model.
+    /// `None`: chosen from the model.
     pub method: Option<Method>,
-    /// `None`: chosen by the model.
+    /// `None`: chosen from the model.
     pub controller: Option<Kind>,
     /// The controller's sample time, s; `None`: the model's.
     pub period: Option<f64>,
-    /// From a sample to the command that answers it, s.
+    /// The time from a sample to the resulting command, s.
     pub computing_delay: f64,
-    /// The least phase margin, degrees.
+    /// The smallest phase margin, degrees.
     pub phase_margin: f64,
-    /// The least gain margin, dB.
+    /// The smallest gain margin, dB.
     pub gain_margin: f64,
     /// The largest sensitivity peak.
     pub ms: f64,
-    /// The gain crossover of `margins`, rad/s.
+    /// The gain crossover for `margins`, rad/s.
     pub crossover: Option<f64>,
-    /// `tau_c`, `lambda` or `1/wn`, s; `None`: the least that keeps the limits.
+    /// `tau_c`, `lambda` or `1/wn`, s; `None`: the shortest within the limits.
     pub closed_loop_time: Option<f64>,
-    /// Of placed poles.
+    /// The damping ratio of placed poles.
     pub damping_ratio: f64,
-    /// `Td / Ti` of a search at most; `None`: as [`Bounds::of`].
+    /// The maximum of `Td / Ti` in a search; `None`: as in [`Bounds::of`].
     pub td_per_ti: Option<f64>,
-    /// `Td` over the filter's time constant of a search at most; `None` likewise.
+    /// The maximum of `Td` over the filter's time constant in a search; `None`: as in [`Bounds::of`].
     pub filter_ratio: Option<f64>,
-    /// Plants that are drawn.
+    /// The number of random plants.
     pub draws: usize,
-    /// Of the draws.
+    /// The seed of the random plants.
     pub seed: u32,
-    /// The step of the setpoint that is simulated, output unit.
+    /// The simulated step of the setpoint, output unit.
     pub step: f64,
-    /// How far the input may go from where it stands, down and up, input unit.
+    /// The allowed change of the input from its initial value, down and up, input unit.
     pub input_limit: Option<(f64, f64)>,
-    /// A model whose verdict is against it, or that has no covariance, is taken for all that.
+    /// Whether to use a model despite its verdict or a missing covariance.
     pub anyway: bool,
 }
 
@@ -117,7 +117,7 @@ impl TuneOptions {
         }
     }
 
-    /// Options that do not go with the method.
+    /// If options do not apply to the method.
     pub(crate) fn check(&self, method: Method) -> Result<()> {
         let paced = matches!(method, Method::Simc | Method::Lambda | Method::Placement);
         if self.closed_loop_time.is_some() && !paced {

@@ -1,15 +1,15 @@
-//! A model as a controller sees it at its ticks.
+//! A model sampled at the controller's ticks.
 
 use nalgebra::Complex;
 use planesman_linear::polynomial::lies_within;
 use planesman_linear::sampled::AT_ONCE;
 use planesman_linear::{Error, Sampled, TransferFunction, polar};
 
-/// A leading coefficient below this share of the largest is rounding.
+/// A leading coefficient below this share of the largest is rounding error.
 const ROUNDING: f64 = 1e-12;
-/// A dead time nearer to a whole number of ticks than this share of one is that.
+/// A dead time nearer to a whole number of ticks than this share of a tick is rounded to it.
 const WHOLE: f64 = 1e-9;
-/// `A(1)` below this share of its terms' size is that of a pole at z = 1.
+/// If `A(1)` is below this share of its terms' size, there is a pole at z = 1.
 const AT_ONE: f64 = 1e-9;
 
 /// `y_k = b_0 u_(k-d) + b_1 u_(k-d-1) + ... - a_1 y_(k-1) - ... - a_n y_(k-n)`.
@@ -26,7 +26,7 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// Of a transfer function in z, the highest power first, and so many more ticks of delay.
+    /// From a transfer function in z, highest power first, and further ticks of delay.
     #[must_use]
     pub fn of_z(num: &[f64], den: &[f64], tick: f64, further: usize) -> Self {
         let lead = den.first().copied().unwrap_or(1.0);
@@ -46,7 +46,7 @@ impl Plant {
         }
     }
 
-    /// Of a continuous model whose input is held over each tick and acts `delay` seconds later.
+    /// From a continuous model whose input is held over each tick and acts `delay` seconds later.
     ///
     /// # Errors
     /// [`Error`]: a model whose input acts on the output at once, a tick that is not above 0, numbers that overflow.
@@ -77,19 +77,20 @@ impl Plant {
         delay * backward(&self.b, q) / a
     }
 
-    /// Which way a constant input moves the output at first: the sign of `B(1)`. That of the gain, but for an unstable pole.
+    /// The initial direction in which a constant input moves the output: the sign of `B(1)`. It is the sign of the gain, except with an
+    /// unstable pole.
     #[must_use]
     pub fn sign(&self) -> f64 {
         self.b.iter().sum::<f64>().signum()
     }
 
-    /// Whether no pole lies outside the unit circle.
+    /// Whether all poles are inside the unit circle or on it.
     #[must_use]
     pub fn decays(&self) -> bool {
         lies_within(&self.a, 1.0 + AT_ONE.sqrt())
     }
 
-    /// The poles at z = 1.
+    /// The number of poles at z = 1.
     #[must_use]
     pub fn integrators(&self) -> usize {
         let mut a: Vec<f64> = std::iter::once(1.0).chain(self.a.iter().copied()).collect();
@@ -104,7 +105,7 @@ impl Plant {
         }
     }
 
-    /// The steady-state gain; of a plant that integrates n times the gain K of `K / s^n`, output unit per input unit and s^n.
+    /// The steady-state gain; for a plant that integrates n times the gain K of `K / s^n`, output unit per input unit and s^n.
     #[must_use]
     pub fn gain(&self) -> f64 {
         let mut a: Vec<f64> = std::iter::once(1.0).chain(self.a.iter().copied()).collect();

@@ -1,30 +1,30 @@
-//! Models of first and second order with dead time out of larger ones: Skogestad's half rule.
+//! Reduces models to first or second order with dead time by Skogestad's half rule.
 //!
 //! ```text
 //! k prod(T_j s + 1) / prod(tau_i s + 1) e^(-theta s)   ->   k e^(-theta' s) / ((tau_1 s + 1)(tau_2 s + 1))
 //! first order   tau_1 = tau_10 + tau_20/2                   theta' = theta + tau_20/2 + sum from 3 of tau_i0 + sum of inverse responses + T/2
 //! second order  tau_1 = tau_10, tau_2 = tau_20 + tau_30/2    theta' = theta + tau_30/2 + sum from 4 of tau_i0 + sum of inverse responses + T/2
 //! ```
-//! with the hold's half tick `T/2`. Zeros of the left half plane are first cancelled against a time constant near them, by the
-//! rules T1 to T3 (Skogestad, *J. Process Control* 13, 2003, sec. 2 and 3). Where these change the gain, the longest lag that is kept
-//! grows with it: `k / tau_1`, which the rules keep, stays, and `k` is the model's. An integrator is an infinite time constant, and no zero
-//! cancels it.
+//! with half a tick `T/2` for the hold. Zeros in the left half plane are first cancelled against a nearby time constant, by the rules T1 to
+//! T3 (Skogestad, *J. Process Control* 13, 2003, sec. 2 and 3). If these rules change the gain, the longest remaining lag is scaled with
+//! it: `k / tau_1`, which the rules preserve, stays the same, and `k` is the model's gain. An integrator is an infinite time constant, and
+//! no zero cancels it.
 
 use nalgebra::Complex;
 use planesman_linear::ComplexFunctions as _;
 
 use crate::dynamics::Dynamics;
 
-/// Rounds in which the dead time that the rules of zeros compare with settles.
+/// Rounds in which the dead time used by the rules for zeros converges.
 const ROUNDS: usize = 30;
-/// A pair with this damping ratio or more counts as two equal time constants.
+/// A pair with at least this damping ratio counts as two equal time constants.
 const DAMPED: f64 = 0.7;
-/// A time constant less than 1.6 times below a zero's is near it (Skogestad 2003, sec. 3.2); exactly so many times below, not.
+/// A time constant is close to a zero's if it is smaller by less than this factor, just below 1.6 (Skogestad 2003, sec. 3.2).
 const CLOSE: f64 = 1.6 * 0.999;
-/// Gains within this share of each other are the same.
+/// Gains within this share of each other count as equal.
 const SAME: f64 = 1e-9;
 
-/// How many time constants are kept.
+/// The number of remaining time constants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
     /// One, for a PI controller.
@@ -33,31 +33,31 @@ pub enum Order {
     Second,
 }
 
-/// `gain e^(-delay s) / ((time_constants[0] s + 1) (time_constants[1] s + 1))`; with an integrator the first is infinite and stands for `1/s`.
+/// `gain e^(-delay s) / ((time_constants[0] s + 1) (time_constants[1] s + 1))`; with an integrator the first is infinite and means `1/s`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reduced {
     /// `k`; with integrators `k'` of `k'/s`, `k''` of `k''/s^2`.
     pub gain: f64,
-    /// `tau_1`, and of second order `tau_2`, s.
+    /// `tau_1`, and for second order `tau_2`, s.
     pub time_constants: Vec<f64>,
     /// `theta`, s.
     pub delay: f64,
 }
 
 impl Reduced {
-    /// `tau_1`, s; infinite where it integrates.
+    /// `tau_1`, s; infinite for an integrator.
     #[must_use]
     pub fn first(&self) -> f64 {
         self.time_constants.first().copied().unwrap_or(0.0)
     }
 
-    /// `tau_2`, s; 0 of first order.
+    /// `tau_2`, s; 0 for first order.
     #[must_use]
     pub fn second(&self) -> f64 {
         self.time_constants.get(1).copied().unwrap_or(0.0)
     }
 
-    /// How often it integrates.
+    /// The number of integrators.
     #[must_use]
     pub fn integrators(&self) -> usize {
         let constants = self.time_constants.iter();
@@ -65,14 +65,14 @@ impl Reduced {
     }
 }
 
-/// Why a model has no such reduction: what it has.
+/// The feature of a model that makes this reduction impossible.
 pub type Unfit = String;
 
-/// The reduction of a model that a controller sees through a hold of `hold` seconds (half of it counts as dead time).
+/// Reduces a model that a controller sees through a hold of `hold` seconds (half of it counts as dead time).
 ///
 /// # Errors
-/// What the model has that the rule does not know: unstable poles, lightly damped pairs, complex zeros, more integrators than
-/// time constants, a zero that no lag of the reduced model makes up for.
+/// A feature that the rule does not cover: unstable poles, lightly damped pairs, complex zeros, more integrators than time constants, a
+/// zero that no lag of the reduced model compensates.
 pub fn half_rule(of: &Dynamics, order: Order, hold: f64) -> Result<Reduced, Unfit> {
     let mut constants = vec![f64::INFINITY; of.integrators];
     for pole in &of.poles {
@@ -114,7 +114,8 @@ pub fn half_rule(of: &Dynamics, order: Order, hold: f64) -> Result<Reduced, Unfi
         Some(tau) => *tau *= factor,
         None if (factor - 1.0).abs() > SAME => {
             return Err(format!(
-                "a zero of time constant {:.4} s, which a reduced model of its gain does not have",
+                "a zero of time constant {:.4} s, which no reduced model with the same gain can \
+                 represent",
                 leads.iter().copied().fold(0.0, f64::max)
             ));
         }
@@ -141,7 +142,7 @@ fn time_constant(pole: Complex<f64>) -> Result<f64, Unfit> {
     }
 }
 
-/// One round: `theta` is the dead time that the rules of zeros compare with.
+/// One round: `theta` is the dead time used by the rules for zeros.
 fn reduced(
     gain: f64,
     constants: &[f64],
@@ -179,7 +180,7 @@ fn reduced(
     }
 }
 
-/// The lag that a lead is cancelled against: the nearest larger one, or the nearest smaller where that is close to it.
+/// The lag to cancel a lead with: the nearest larger one, or the nearest smaller one if it is close.
 fn neighbour(lags: &[f64], lead: f64) -> Option<usize> {
     let larger = lags.iter().rposition(|tau| *tau >= lead && tau.is_finite());
     let smaller = lags.iter().position(|tau| *tau < lead);
@@ -192,7 +193,7 @@ fn neighbour(lags: &[f64], lead: f64) -> Option<usize> {
     }
 }
 
-/// `(lead s + 1) / (tau s + 1)` as a factor and what is left of the lag.
+/// Replaces `(lead s + 1) / (tau s + 1)` by a factor and a remaining lag.
 fn cancelled(lead: f64, tau: f64, theta: f64) -> (f64, Option<f64>) {
     if lead >= tau {
         return match () {

@@ -1,18 +1,18 @@
-//! The loop tick by tick: steps of setpoint and load, with the limits of the input.
+//! Simulates the loop tick by tick: steps of setpoint and load, with limits of the input.
 
 use std::collections::VecDeque;
 
 use crate::controller::Controller;
 use crate::plant::Plant;
 
-/// What happens to the loop, at rest before.
+/// A disturbance of the loop, which is at rest before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trial {
     /// The step of the setpoint, output unit.
     pub setpoint: f64,
     /// The step of a load at the plant's input, input unit.
     pub load: f64,
-    /// How far the input may go from where it was, down and up.
+    /// The allowed change of the input from its initial value, down and up.
     pub limit: Option<(f64, f64)>,
 }
 
@@ -21,14 +21,14 @@ pub struct Trial {
 pub struct Motion {
     /// Output unit.
     pub output: Vec<f64>,
-    /// What the controller commands, within the limits, input unit.
+    /// The controller's command, within the limits, input unit.
     pub input: Vec<f64>,
     /// Ticks at which the command was at a limit.
     pub at_limit: usize,
 }
 
 impl Motion {
-    /// The loop over so many ticks. While the command is at a limit the integral keeps out of it (conditional integration).
+    /// Simulates the loop for this many ticks. While the command is at a limit, the integral is not updated (conditional integration).
     #[must_use]
     pub fn new(plant: &Plant, controller: &Controller, trial: &Trial, ticks: usize) -> Self {
         let Plant { a, b, delay, tick } = plant;
@@ -76,13 +76,13 @@ impl Motion {
         motion
     }
 
-    /// The integral of the output's distance from a value, output unit times s.
+    /// The integral of the output's absolute deviation from a value, output unit times s.
     #[must_use]
     pub fn absolute_error(&self, from: f64, tick: f64) -> f64 {
         tick * self.output.iter().map(|y| (y - from).abs()).sum::<f64>()
     }
 
-    /// How far the input went altogether, input unit.
+    /// The total travel of the input, input unit.
     #[must_use]
     pub fn travel(&self) -> f64 {
         let first = self.input.first().map_or(0.0, |u| u.abs());

@@ -1,4 +1,4 @@
-//! What gains keep and do over the plants that a model allows.
+//! The performance of gains over random plants within a model's uncertainty.
 
 use planesman_identification::on_all_cores;
 use planesman_linear::StepMetrics;
@@ -10,17 +10,17 @@ use crate::response::{Motion, Trial};
 
 /// The share of the plants that may miss a limit.
 pub const MISSED: f64 = 0.05;
-/// Ticks of a response at most.
+/// Maximum number of ticks of a response.
 const MOST_TICKS: f64 = 20_000.0;
-/// Instants of a band at most.
+/// Maximum number of instants of a band.
 const INSTANTS: usize = 400;
 
-/// A number over the plants: that of the model itself, and of the drawn ones.
+/// A number over the plants: for the model itself, and for the random ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Distribution {
     /// Of the model itself.
     pub model: f64,
-    /// Of the drawn plants, in order of size; infinite ones at the ends.
+    /// For the random plants, sorted; infinite values at the ends.
     pub sorted: Vec<f64>,
 }
 
@@ -33,7 +33,7 @@ impl Distribution {
         Self { model, sorted }
     }
 
-    /// The value below which a share of the plants lies, straight between two of them; the model's own where none were drawn.
+    /// The quantile with that share of the plants below it, by linear interpolation; the model's value without random plants.
     #[must_use]
     pub fn quantile(&self, share: f64) -> f64 {
         let Some(last) = self.sorted.len().checked_sub(1) else {
@@ -51,12 +51,12 @@ impl Distribution {
     }
 }
 
-/// The loop over the plants that the model allows.
+/// The loop over random plants within the model's uncertainty.
 #[derive(Clone, Debug)]
 pub struct Robustness {
     /// Of the model itself.
     pub model: Margins,
-    /// Of the drawn plants.
+    /// Of the random plants.
     pub draws: Vec<Margins>,
 }
 
@@ -101,7 +101,7 @@ impl Robustness {
         Distribution::new(value(&self.model), self.draws.iter().map(&value))
     }
 
-    /// The share of the drawn plants that are unstable with these gains; of none drawn that of the model, 0 or 1.
+    /// The share of the random plants that are unstable with these gains; without random plants that of the model, 0 or 1.
     #[must_use]
     pub fn unstable(&self) -> f64 {
         let own = std::slice::from_ref(&self.model);
@@ -113,7 +113,7 @@ impl Robustness {
         all.iter().filter(|it| !it.is_stable).count() as f64 / all.len() as f64
     }
 
-    /// Whether the model, and all but [`MISSED`] of the drawn plants in each of the limits, keep them.
+    /// Whether the model keeps the limits, and for each limit all but [`MISSED`] of the random plants.
     #[must_use]
     pub fn keeps(&self, limits: &Limits) -> bool {
         let [phase, gain, sensitivity] = [
@@ -128,19 +128,19 @@ impl Robustness {
     }
 }
 
-/// A line of the model and the band that holds 90 % of the drawn plants.
+/// A curve of the model and the band that contains 90 % of the random plants.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Band {
     /// s
     pub times: Vec<f64>,
     /// Of the model itself.
     pub model: Vec<f64>,
-    /// 5 % and 95 % of the drawn plants; of none the model's own.
+    /// The 5 % and 95 % quantiles of the random plants; without any the model's own.
     pub range: Vec<(f64, f64)>,
 }
 
 impl Band {
-    /// Of lines over the same times, s, the model's own first; every so many instants where these are many.
+    /// From curves over the same times, s, the model's own first; thinned out if there are many instants.
     #[must_use]
     pub fn of(times: &[f64], lines: &[&[f64]]) -> Self {
         let every = times.len().div_ceil(INSTANTS).max(1);
@@ -164,21 +164,21 @@ impl Band {
 pub struct Steps {
     /// The step of the setpoint, output unit.
     pub step: f64,
-    /// Output after it.
+    /// Output after the setpoint step.
     pub output: Band,
-    /// Input after it.
+    /// Input after the setpoint step.
     pub input: Band,
     /// Output after a unit step of the load at the input.
     pub load: Band,
-    /// %, of the step of the setpoint.
+    /// Overshoot, % of the setpoint step.
     pub overshoot: Distribution,
-    /// To within 2 %, s; infinite where it does not settle in the time shown.
+    /// Settling time to within 2 %, s; infinite if it does not settle in the time shown.
     pub settling: Distribution,
-    /// The farthest that the input goes from where it stood, input unit.
+    /// The largest change of the input from its initial value, input unit.
     pub peak_input: Distribution,
-    /// How far the input goes altogether, input unit.
+    /// Total travel of the input, input unit.
     pub travel: Distribution,
-    /// Share of the time that the input is at a limit, %.
+    /// Share of the time with the input at a limit, %.
     pub at_limit: Distribution,
     /// Integrated absolute error after a unit step of the load, output unit times s.
     pub load_error: Distribution,

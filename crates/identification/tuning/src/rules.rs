@@ -1,11 +1,11 @@
-//! Tuning rules in closed form.
+//! Closed-form tuning rules.
 //!
 //! | rule | for | source |
 //! |---|---|---|
 //! | [`simc`] | a lag, two lags, one or two integrators, with dead time | Skogestad, *J. Process Control* 13, 2003, Table 1 |
-//! | [`lambda`] | the same but two integrators | Rivera, Morari and Skogestad 1986; of integrators Chien and Fruehauf 1990 |
-//! | [`placement`] | first order (PI), second order (PID), unstable and oscillating ones too | Astrom and Hagglund, *Advanced PID Control*, 2006, ch. 6 |
-//! | [`crossover`] | any plant that the loop's frequency response is known of | the same, ch. 6: phase margin at a given frequency |
+//! | [`lambda`] | the same, except two integrators | Rivera, Morari and Skogestad 1986; for integrators Chien and Fruehauf 1990 |
+//! | [`placement`] | first order (PI), second order (PID), also unstable and oscillating models | Astrom and Hagglund, *Advanced PID Control*, 2006, ch. 6 |
+//! | [`crossover`] | any plant with a known frequency response of the loop | the same, ch. 6: phase margin at a given frequency |
 
 use planesman_linear::{ComplexFunctions as _, polar};
 
@@ -13,11 +13,11 @@ use crate::closed_loop::PlantResponse;
 use crate::controller::{Controller, FILTER_RATIO};
 use crate::reduction::Reduced;
 
-/// `Ti` is so many times `Td` where a phase leaves both open: the zeros are then equal.
+/// The ratio of `Ti` to `Td` if a phase leaves both open: the zeros are then equal.
 const TI_PER_TD: f64 = 4.0;
 
-/// SIMC: the loop is to answer with the time constant `tau_c` (s) behind the dead time. A second time constant makes it a PID
-/// controller (in the series form, given as the ideal one).
+/// SIMC: the loop shall respond with the time constant `tau_c` (s) after the dead time. With a second time constant it gives a PID
+/// controller (in the series form, returned in the ideal one).
 #[must_use]
 pub fn simc(model: &Reduced, tau_c: f64) -> Controller {
     let pace = tau_c + model.delay;
@@ -33,8 +33,8 @@ pub fn simc(model: &Reduced, tau_c: f64) -> Controller {
     }
 }
 
-/// Lambda tuning: the closed loop is to be a lag of `lambda` seconds behind the dead time; an integrating one takes a load away
-/// without overshoot. `None` of two integrators.
+/// Lambda tuning: the closed loop shall be a lag of `lambda` seconds after the dead time; for an integrating plant it rejects a load
+/// without overshoot. `None` for two integrators.
 #[must_use]
 pub fn lambda(model: &Reduced, lambda: f64) -> Option<Controller> {
     let pace = lambda + model.delay;
@@ -60,14 +60,14 @@ pub fn lambda(model: &Reduced, lambda: f64) -> Option<Controller> {
     }
 }
 
-/// Poles of `gain / (a_n s^n + ... + a_0)`, n 1 or 2, with a PI or PID controller at those of
-/// `(s + wn)^(n - 1) (s^2 + 2 zeta wn s + wn^2)`, dead time left out:
+/// Places the poles of `gain / (a_n s^n + ... + a_0)`, n 1 or 2, with a PI or PID controller at those of
+/// `(s + wn)^(n - 1) (s^2 + 2 zeta wn s + wn^2)`, without dead time:
 ///
 /// ```text
 /// n = 1   K kp = 2 zeta wn a_1 - a_0             K ki = wn^2 a_1
 /// n = 2   K kp = (1 + 2 zeta) wn^2 a_2 - a_0     K ki = wn^3 a_2     K kd = (1 + 2 zeta) wn a_2 - a_1
 /// ```
-/// `None` of another order.
+/// `None` for another order.
 #[must_use]
 pub fn placement(gain: f64, den: &[f64], frequency: f64, damping_ratio: f64) -> Option<Controller> {
     match *den {
@@ -92,12 +92,11 @@ pub fn placement(gain: f64, den: &[f64], frequency: f64, damping_ratio: f64) -> 
     }
 }
 
-/// The controller with which the loop has its gain crossover at a frequency (rad/s) and there a phase margin (rad): PI, or PID with
-/// `Ti = 4 Td`. `sign` is that of the plant's gain.
+/// The controller that gives the loop its gain crossover at a frequency (rad/s) with a phase margin (rad): PI, or PID with `Ti = 4 Td`.
+/// `sign` is the sign of the plant's gain.
 ///
 /// # Errors
-/// The phase that is missing, degrees: above 0 where the controller would have to lead by more than it can, below 0 where it would
-/// have to lag by more.
+/// The missing phase, degrees: above 0 if the controller would need more lead than possible, below 0 if it would need more lag.
 pub fn crossover(
     seen: &PlantResponse,
     is_pid: bool,

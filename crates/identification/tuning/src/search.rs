@@ -1,10 +1,10 @@
-//! Gains by search on one plant: the least error after a load, or the largest integral gain, within limits.
+//! Gains by search on one plant: the smallest error after a load, or the largest integral gain, within limits.
 //!
-//! The controller is `K (1 + 1/(Ti s) + Td s / (filter s + 1))`. With the integral gain the search is the design of Astrom, Panagopoulos
-//! and Hagglund (*Automatica* 34, 1998; MIGO in *Advanced PID Control*, ch. 7), with the integrated absolute error what that design
-//! approximates. `K` and `Ti`, of a PID controller `Td` and the filter too, are free within [`Bounds`]. The search is global ([`lowest`]),
-//! over the frequency `1 / sqrt(Ti Td)` of the controller's zeros, their damping ratio `sqrt(Ti / Td) / 2`, the filter and the gain.
-//! Missed limits count before the error, by the margins that the gains are judged by.
+//! The controller is `K (1 + 1/(Ti s) + Td s / (filter s + 1))`. With the integral gain as objective the search is the design of Astrom,
+//! Panagopoulos and Hagglund (*Automatica* 34, 1998; MIGO in *Advanced PID Control*, ch. 7), which approximates the smallest integrated
+//! absolute error. `K` and `Ti`, and for a PID controller `Td` and the filter, vary within [`Bounds`]. The search is global ([`lowest`]),
+//! over the frequency `1 / sqrt(Ti Td)` of the controller's zeros, their damping ratio `sqrt(Ti / Td) / 2`, the filter and the gain. Missed
+//! limits have priority over the error, measured by the same margins as the final gains.
 
 use std::convert::Infallible;
 
@@ -15,25 +15,25 @@ use crate::closed_loop::{Limits, PlantResponse};
 use crate::controller::{Controller, FILTER_RATIO};
 use crate::response::{Motion, Trial};
 
-/// `Ti` of a PI controller is sought between these times the inverse of the plant's phase crossover frequency.
+/// Range of `Ti` of a PI controller, times the inverse of the plant's phase crossover frequency.
 const TI: (f64, f64) = (0.1, 1000.0);
-/// The frequency of a PID controller's zeros likewise, and their damping ratio.
+/// Range of the frequency of a PID controller's zeros, in the plant's phase crossover frequency, and of their damping ratio.
 const ZEROS: (f64, f64) = (1e-3, 100.0);
 const DAMPING: (f64, f64) = (1e-3, 50.0);
-/// The square root of the filter's time constant times that frequency; below 0 there is no filter.
+/// Range of the square root of the filter's time constant times that frequency; below 0 there is no filter.
 const FILTER: (f64, f64) = (-0.1, 1.5);
-/// The size of the open loop at the plant's phase crossover frequency.
+/// Range of the magnitude of the open loop at the plant's phase crossover frequency.
 const SIZE: (f64, f64) = (1e-3, 1e2);
-/// Members of the search of a PI and a PID controller, and its rounds at most.
+/// Members of the search for a PI and a PID controller, and maximum number of rounds.
 const MEMBERS: (usize, usize) = (16, 40);
 const ROUNDS: usize = 250;
-/// The factor within which the costs of all members are at the end.
+/// The search ends when the costs of all members are within this factor.
 const ALIKE: f64 = 1.0005;
-/// The duration of a response in inverse phase crossover frequencies, and its ticks at most.
+/// The duration of a response in inverse phase crossover frequencies, and its maximum number of ticks.
 const DURATION: f64 = 300.0;
 const MOST_TICKS: f64 = 20_000.0;
 
-/// What is made small.
+/// The objective to be minimised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Objective {
     /// The integrated absolute error after a step of the load.
@@ -45,14 +45,15 @@ pub enum Objective {
 /// Bounds of a PID controller's derivative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
-    /// `Td / Ti` at most: up to 1/4 the zeros are real.
+    /// Maximum of `Td / Ti`: up to 1/4 the zeros are real.
     pub td_per_ti: f64,
-    /// `Td` is at most so many times the filter's time constant.
+    /// Maximum of `Td` over the filter's time constant.
     pub filter_ratio: f64,
 }
 
 impl Bounds {
-    /// None of the error, which says itself how much derivative pays. The integral gain alone would grow with it into oscillations.
+    /// No bounds for the absolute error, which itself limits the derivative. With the integral gain as objective, derivative without a
+    /// bound would lead to oscillations.
     #[must_use]
     pub const fn of(objective: Objective) -> Self {
         let (td_per_ti, filter_ratio) = match objective {
@@ -66,7 +67,7 @@ impl Bounds {
     }
 }
 
-/// The best PI or PID controller for a plant within limits; `None` where none is found that keeps them.
+/// The best PI or PID controller for a plant within limits; `None` if none keeps them.
 #[must_use]
 pub fn best(
     seen: &PlantResponse,
@@ -107,7 +108,7 @@ pub fn best(
     })
 }
 
-/// The plant's first phase crossover, rad/s; of a plant without one Nyquist's frequency.
+/// The plant's first phase crossover, rad/s; Nyquist's frequency for a plant without one.
 fn pace(seen: &PlantResponse) -> f64 {
     let sign = seen.plant.sign();
     let response: Vec<_> = seen.response.iter().map(|(w, p)| (*w, p * sign)).collect();
@@ -127,7 +128,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The controller of a shape whose open loop has a size, given by its logarithm, at the plant's phase crossover.
+    /// The controller of a shape scaled so that the open loop has this magnitude (its logarithm is given) at the plant's phase crossover.
     fn of_size(&self, shape: &Controller, size: f64) -> Controller {
         let (plant, frequency) = (&self.seen.plant, 1.0 / self.pace);
         let open = plant.at(frequency) * shape.at(frequency, plant.tick);

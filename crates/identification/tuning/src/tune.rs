@@ -1,4 +1,4 @@
-//! Gains for an uncertain model: a method, its pace, and what the loop keeps over the plants that the model allows.
+//! Gains for an uncertain model: a method, its speed, and the margins over random plants within the uncertainty.
 
 use planesman_model_file::ModelFile;
 use planesman_text::{option, setting};
@@ -16,45 +16,45 @@ use crate::robustness::{MISSED, Robustness, Steps};
 use crate::rules::{crossover, lambda, placement, simc};
 use crate::search::{Objective, best};
 
-/// The factor between two paces that are tried, and how many are.
+/// The factor between two closed-loop times that are tried, and their number.
 const SLOWER: f64 = 1.15;
 const PACES: i32 = 45;
-/// Steps by which a search's limits are tightened, and halvings between the last two.
+/// Number of steps by which a search's limits are tightened, and of bisections between the last two.
 const TIGHTER: u32 = 12;
 const HALVINGS: u32 = 6;
 /// The share by which the gain of a reduced model may differ from the model's.
 const SAME_GAIN: f64 = 0.01;
 
-/// The result: gains, and what they do.
+/// The result: gains and their performance.
 #[derive(Clone, Debug)]
 pub struct Tuning {
     /// The model.
     pub model: UncertainModel,
-    /// When the controller acts.
+    /// The sampling of the controller.
     pub sampling: Sampling,
-    /// How the gains were found.
+    /// The method used.
     pub method: Method,
-    /// Why so, where it was not asked for.
+    /// The reason for it, if it was not requested.
     pub why: Option<String>,
-    /// The model that the rule was applied to.
+    /// The model to which the rule was applied.
     pub reduced: Option<Reduced>,
     /// `tau_c`, `lambda` or `1/wn`: its name and value, s.
     pub pace: Option<(&'static str, f64)>,
     /// The gains.
     pub controller: Controller,
-    /// What was to be kept.
+    /// The required margins.
     pub limits: Limits,
     /// Margins.
     pub robustness: Robustness,
     /// Responses.
     pub steps: Steps,
-    /// Which properties of the model make the phase margin uncertain, the most important first.
+    /// The properties of the model that make the phase margin uncertain, most important first.
     pub causes: Vec<Cause>,
-    /// What else is to be said.
+    /// Further notes.
     pub notes: Vec<String>,
-    /// The plants that were drawn, and the model's own.
+    /// The model's own plant.
     pub seen: PlantResponse,
-    /// The same of the drawn ones.
+    /// The random plants.
     pub draws: Vec<PlantResponse>,
 }
 
@@ -66,10 +66,10 @@ impl Tuning {
     }
 }
 
-/// What the methods work on.
+/// The inputs of the methods.
 struct Task<'a> {
     options: &'a TuneOptions,
-    /// With the computing delay; zeros shorter than a sample are dead time.
+    /// Includes the computing delay; zeros shorter than a sample are dead time.
     dynamics: Result<Dynamics>,
     sampling: Sampling,
     limits: Limits,
@@ -77,7 +77,7 @@ struct Task<'a> {
     draws: &'a [PlantResponse],
 }
 
-/// What a method has found.
+/// The result of a method.
 struct ControllerDesign {
     controller: Controller,
     reduced: Option<Reduced>,
@@ -87,7 +87,7 @@ struct ControllerDesign {
 /// Gains for a model.
 ///
 /// # Errors
-/// A model that is not to be relied on, gains that are not found; [`TuneError`] has them all.
+/// If the model is not reliable, or gains are not found; see [`TuneError`].
 pub fn tune(file: &ModelFile, options: &TuneOptions) -> Result<Tuning> {
     let model = UncertainModel::new(file, options.anyway)?;
     let sampling = Sampling {
@@ -106,7 +106,7 @@ pub fn tune(file: &ModelFile, options: &TuneOptions) -> Result<Tuning> {
     let mut plants: Vec<_> = drawn.iter().filter_map(seen_at).collect();
     if plants.len() < drawn.len() {
         notes.push(format!(
-            "{} of {} drawn models have no continuous counterpart and are left out",
+            "{} of {} random models have no continuous counterpart and are left out",
             drawn.len() - plants.len(),
             drawn.len()
         ));
@@ -117,8 +117,9 @@ pub fn tune(file: &ModelFile, options: &TuneOptions) -> Result<Tuning> {
         plants.retain(Plant::decays);
         if plants.len() < all {
             notes.push(format!(
-                "{} of {all} drawn models are unstable, which the model is not, and are left out: the data hardly determines some of its modes; fit it with \
-                 a lower {}, or {}",
+                "{} of {all} random models are unstable although the model is stable, and are \
+                 left out: the data hardly determines some of its modes; fit it with a lower {}, \
+                 or {}",
                 all - plants.len(),
                 option("order"),
                 setting("method", "process")
@@ -189,7 +190,7 @@ pub fn tune(file: &ModelFile, options: &TuneOptions) -> Result<Tuning> {
 }
 
 impl Task<'_> {
-    /// The model by the half rule; it has the integrators and the gain of the sampled plant.
+    /// The model by the half rule, with the integrators and the gain of the sampled plant.
     fn reduced(&self, kind: Kind) -> std::result::Result<Reduced, String> {
         let dynamics = self.dynamics.as_ref().map_err(ToString::to_string)?;
         let reduced = half_rule(dynamics, kind.order(), self.sampling.tick)?;
@@ -204,7 +205,7 @@ impl Task<'_> {
         }
     }
 
-    /// The method and the kind of controller, and why.
+    /// The method and the kind of controller, and the reason.
     fn choice(&self) -> (Method, Kind, Option<String>) {
         let second = self.reduced(Kind::Pid);
         let lead = second.as_ref().is_ok_and(|it| it.second() > it.delay);
@@ -212,7 +213,8 @@ impl Task<'_> {
             (Ok(it), true) if it.integrators() < 2 => (
                 Kind::Pid,
                 format!(
-                    "the second time constant, {:.4} s, is longer than the dead time of {:.4} s: a derivative pays",
+                    "the second time constant, {:.4} s, is longer than the dead time of {:.4} s: \
+                     a derivative is worthwhile",
                     it.second(),
                     it.delay
                 ),
@@ -225,12 +227,13 @@ impl Task<'_> {
                 Kind::Pi,
                 match it.second() > 0.0 {
                     true => format!(
-                        "the second time constant, {:.4} s, is shorter than the dead time of {:.4} s: a derivative gains little",
+                        "the second time constant, {:.4} s, is shorter than the dead time of \
+                         {:.4} s: a derivative improves little",
                         it.second(),
                         it.delay
                     ),
                     false => {
-                        "the model is of first order with dead time: a derivative gains little"
+                        "the model is of first order with dead time: a derivative improves little"
                             .to_owned()
                     }
                 },
@@ -252,7 +255,7 @@ impl Task<'_> {
             return (
                 Method::Margins,
                 kind,
-                Some("a crossover is asked for".to_owned()),
+                Some("a crossover is given".to_owned()),
             );
         }
         match self.reduced(kind) {
@@ -261,14 +264,14 @@ impl Task<'_> {
                 Method::Optimise,
                 kind,
                 Some(format!(
-                    "the model has {unfit}, which the rules do not know"
+                    "the model has {unfit}, which the rules do not cover"
                 )),
             ),
         }
     }
 
-    /// An unstable pole p behind a dead time keeps the sensitivity above `e^(p theta)` with any controller (Astrom and Murray,
-    /// *Feedback Systems*, 2nd ed., sec. 14.4).
+    /// An unstable pole p with a dead time keeps the sensitivity above `e^(p theta)` for any controller (Astrom and Murray, *Feedback
+    /// Systems*, 2nd ed., sec. 14.4).
     fn check_dead_time(&self) -> Result<()> {
         let Ok(dynamics) = &self.dynamics else {
             return Ok(());
@@ -354,7 +357,7 @@ impl Task<'_> {
         })
     }
 
-    /// Gain and denominator of first or second order, its dead time, and the reduction where it is one.
+    /// Gain and denominator of first or second order, its dead time, and the reduction if there is one.
     fn low_order(&self, kind: Kind) -> Result<(f64, Vec<f64>, f64, Option<Reduced>)> {
         let most = match kind {
             Kind::Pi => 1,
@@ -382,7 +385,7 @@ impl Task<'_> {
         Ok((reduced.gain, den, reduced.delay, Some(reduced)))
     }
 
-    /// The fastest of the paces from `begin` on that keeps the limits; the one asked for, where one is.
+    /// The fastest closed-loop time, from `begin` on, that keeps the limits; or the requested one.
     fn paced(
         &self,
         method: Method,
@@ -447,7 +450,7 @@ impl Task<'_> {
         };
         if frequency >= nyquist {
             return Err(refused(
-                format!("it is not below the Nyquist frequency, {nyquist:.4} rad/s"),
+                format!("the crossover is not below the Nyquist frequency, {nyquist:.4} rad/s"),
                 "lower",
             ));
         }
@@ -481,7 +484,7 @@ impl Task<'_> {
         })
     }
 
-    /// The best on the model itself within limits that are tightened until the drawn plants keep those asked for.
+    /// The best gains on the model itself, within limits that are tightened until the random plants keep the requested ones.
     fn searched(
         &self,
         method: Method,
@@ -551,7 +554,7 @@ impl Task<'_> {
                 "with the best {:.0} % of these are unstable",
                 100.0 * best.unstable()
             ),
-            None => "the model itself keeps them with none".to_owned(),
+            None => "the model itself keeps them with no gains".to_owned(),
         };
         TuneError::OutOfReach {
             method: method.name(),
@@ -561,7 +564,7 @@ impl Task<'_> {
         }
     }
 
-    /// What to do where no gains keep the limits: whether the model or its uncertainty is in the way.
+    /// The next step if no gains keep the limits: it depends on whether the model or its uncertainty is the cause.
     fn advice(&self, model: &UncertainModel, kind: Kind) -> String {
         let limits = self.limits;
         let looser = setting("ms", format!("{:.1}", 1.25 * limits.sensitivity));
@@ -578,14 +581,15 @@ impl Task<'_> {
                 _ => String::new(),
             };
             return format!(
-                "The model itself keeps them with no gains of this kind: {derivative}looser limits, as {looser}"
+                "No gains of this kind keep them even for the model itself: {derivative}looser \
+                 limits, as {looser}"
             );
         };
         let own = self.seen.margins(&controller);
         let causes = causes(model, &self.sampling, &controller, &own).unwrap_or_default();
         match causes.first() {
             Some(cause) => format!(
-                "The model is too uncertain, most in {}: {}. Or looser limits, as {looser}",
+                "The model is too uncertain, most in {}: {}. Or use looser limits, as {looser}",
                 cause.name, cause.experiment
             ),
             None => format!(

@@ -1,4 +1,4 @@
-//! A circuit under its controller, on the controller's own clock.
+//! A circuit with its controller, on the controller's own clock.
 
 use std::sync::Arc;
 
@@ -7,29 +7,29 @@ use crate::control::{Controller, Reference};
 use crate::ledger::Ledger;
 use crate::simulation::{Force, Simulation};
 
-/// A circuit and its controller. Cloning it clones its whole future.
+/// A circuit and its controller. A clone has exactly the same future.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Actuator {
     simulation: Simulation,
     controller: Controller,
     period: i64,
-    /// The sampling period's number, and whether it has begun.
+    /// The number of the sampling period, and whether it has begun.
     cycle: i64,
     begun: bool,
 }
 
-/// What a sampling period is run with: the reference, and the force on the load.
+/// The inputs of a sampling period: the reference, and the force on the load.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Demand {
-    /// Where the ram is to be.
+    /// The wanted position of the ram.
     pub reference: Reference,
     /// The force against positive motion.
     pub force: Force,
 }
 
 impl Actuator {
-    /// At rest at `position`, m, under the force `force`, N; `accuracy` is the largest error of a step as a share of each quantity's
-    /// scale, `seed` that of the scatter of the valves' delays.
+    /// An actuator at rest at `position`, m, under the force `force`, N. `accuracy` is the largest error of a step as a share of each
+    /// quantity's scale, `seed` that of the scatter of the valves' delays.
     #[must_use]
     pub fn new(
         circuit: &Arc<Circuit>,
@@ -47,20 +47,20 @@ impl Actuator {
         }
     }
 
-    /// The circuit in motion.
+    /// The simulation of the circuit.
     #[must_use]
     pub fn simulation(&self) -> &Simulation {
         &self.simulation
     }
 
-    /// A force on the load that jumps at the instant `nanos`, to which it has been advanced, and then holds, N. What is demanded from then on has
-    /// to have the same.
+    /// Changes the force on the load, N, stepwise at the instant `nanos`, to which the actuator has been advanced; the force then stays
+    /// constant. Later demands must have the same force.
     pub fn push(&mut self, nanos: i64, force: f64) {
         self.simulation.push(self.in_cycle(nanos), force);
     }
 
-    /// Runs to the instant `nanos` after the start. Sampling periods that begin before it act on `demand`; one that begins
-    /// exactly there waits for the next call. Going back has no effect.
+    /// Runs to the instant `nanos` after the start. Sampling periods that begin before it use `demand`; one that begins exactly there waits
+    /// for the next call. An earlier instant has no effect.
     pub fn advance_to(&mut self, nanos: i64, demand: Demand) {
         if nanos <= 0 {
             return;
@@ -88,14 +88,14 @@ impl Actuator {
         (nanos - self.cycle * self.period).max(0) as f64 * 1e-9
     }
 
-    /// Position m, speed m/s, p_A and p_B gauge Pa at the instant `nanos`, to which it has been advanced.
+    /// Position m, speed m/s, p_A and p_B gauge Pa at the instant `nanos`, to which the actuator has been advanced.
     #[must_use]
     pub fn at(&self, nanos: i64) -> [f64; 4] {
         self.simulation.at(self.in_cycle(nanos))
     }
 
-    /// At the instant `nanos`, to which it has been advanced: the net volume from the levels, m^3, and what an ideal proportional
-    /// valve would have taken, J ([`Simulation::proportional`]).
+    /// At the instant `nanos`, to which the actuator has been advanced: the net volume from the levels, m^3, and the energy that an ideal
+    /// proportional valve would have used, J ([`Simulation::proportional`]).
     #[must_use]
     pub fn volume_and_proportional(&self, nanos: i64) -> [f64; 2] {
         let time = self.in_cycle(nanos);
@@ -105,7 +105,7 @@ impl Actuator {
         ]
     }
 
-    /// The ledger at the instant `nanos`, to which it has been advanced.
+    /// The ledger at the instant `nanos`, to which the actuator has been advanced.
     #[must_use]
     pub fn ledger(&self, nanos: i64) -> Ledger {
         self.simulation.ledger(self.in_cycle(nanos))

@@ -7,7 +7,7 @@ use serde::de::Visitor;
 use std::fmt;
 use std::marker::PhantomData;
 
-/// The choice of this name.
+/// The choice with this name.
 pub(crate) fn named<T: Choice>(name: &str) -> Result<T, String> {
     T::named(name).ok_or_else(|| {
         let suggestion = did_you_mean(name, T::NAMES.iter().copied());

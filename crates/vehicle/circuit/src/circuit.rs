@@ -1,4 +1,4 @@
-//! The constants of a circuit, in SI, and the laws of its parts.
+//! The constants of a circuit, in SI, and the equations of its parts.
 //!
 //! ```text
 //!   P1 ... Pn, T          supply levels, constant pressures
@@ -13,36 +13,36 @@ use serde::{Deserialize, Deserializer};
 
 use crate::choice::choice;
 
-/// The most supply levels besides the tank.
+/// Maximum number of supply levels, including the tank.
 pub const MOST_LEVELS: usize = 5;
-/// The most edges: each level to each chamber.
+/// Maximum number of edges: each level to each chamber.
 pub const MOST_EDGES: usize = 2 * MOST_LEVELS;
-/// The most valves of one edge.
+/// Maximum number of valves in an edge.
 pub const MOST_VALVES: usize = 8;
 
-/// Pressure of the atmosphere, Pa: files give gauge pressures.
+/// Atmospheric pressure, Pa, added to the gauge pressures of files.
 pub const ATMOSPHERE: f64 = 101_325.0;
 
-/// A circuit. Made by [`crate::file`], which validates it.
+/// A circuit. Made and validated by [`crate::file`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Circuit {
     /// Its name.
     pub name: String,
-    /// Where the numbers come from.
+    /// The source of the numbers.
     pub source: String,
     /// The load at the ram.
     pub load: Load,
-    /// A and B; B has no area where the cylinder is single-acting.
+    /// A and B; in a single-acting cylinder B has no area.
     pub chambers: [Chamber; 2],
     /// Laminar leakage from A to B past the piston, m^3/(s Pa).
     pub seal_leakage: f64,
-    /// Gauge pressures of the supply levels, Pa, the tank among them.
+    /// Gauge pressures of the supply levels, Pa, including the tank.
     pub levels: Vec<Level>,
     /// The oil.
     pub oil: Oil,
     /// The valves between levels and chambers.
     pub edges: Vec<Edge>,
-    /// What all valves have in common.
+    /// The common data of all valves.
     pub valves: Valves,
     /// The controller.
     pub control: Control,
@@ -105,26 +105,26 @@ pub struct Load {
     /// F_C, N: Coulomb friction.
     #[serde(with = "friction")]
     pub coulomb: f64,
-    /// How much more the static friction is, as a share of F_C.
+    /// Excess of the static friction, as a share of F_C.
     #[serde(default, with = "stepping")]
     pub stepping: f64,
     /// K, N/m: a spring to the middle.
     #[serde(default, with = "spring")]
     pub spring: f64,
-    /// F, N: a constant force against positive motion, as a weight.
+    /// F, N: a constant force against positive motion, for example a weight.
     #[serde(default, with = "force")]
     pub force: f64,
     /// Half of the stroke, m: |x| stays within it.
     #[serde(with = "travel")]
     pub travel: f64,
-    /// The stops at its ends where they give way.
+    /// The elastic stops at its ends, if any.
     pub elastic_stop: Option<ElasticStop>,
     /// R, m: ram travel per radian of plane.
     #[serde(with = "travel")]
     pub moment_arm: f64,
 }
 
-/// A stop after Hunt and Crossley: F = k d (1 + lambda dd/dt) at the depth d, never drawing.
+/// A stop after Hunt and Crossley: F = k d (1 + lambda dd/dt) at the penetration d, never negative.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ElasticStop {
@@ -143,13 +143,13 @@ pub struct Chamber {
     /// Piston area, m^2.
     #[serde(with = "area")]
     pub area: f64,
-    /// Oil at mid-stroke, lines included, m^3.
+    /// Oil volume at mid-stroke, including lines, m^3.
     #[serde(with = "volume")]
     pub volume: f64,
 }
 
 impl Chamber {
-    /// The oil in it where the ram has enlarged it by `more`, m^3; a hundredth of that at mid-stroke at least.
+    /// The oil volume after the ram has enlarged it by `more`, m^3; at least a hundredth of that at mid-stroke.
     #[inline]
     #[must_use]
     pub fn volume_at(&self, more: f64) -> f64 {
@@ -164,14 +164,14 @@ pub struct Level {
     pub name: String,
     /// Gauge pressure, Pa.
     pub pressure: f64,
-    /// The line from there to its valves; none where they are next to it.
+    /// The line from the level to its valves; `None` if they are next to it.
     pub line: Option<Line>,
 }
 
 /// A hydraulic line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
-    /// Of a wave from one end to the other, s: its length over the speed of sound `sqrt(B/rho)`.
+    /// Travel time of a wave from one end to the other, s: length over the speed of sound `sqrt(B/rho)`.
     pub delay: f64,
     /// Characteristic impedance `rho a/A`, Pa s/m^3.
     pub impedance: f64,
@@ -180,8 +180,8 @@ pub struct Line {
 }
 
 impl Line {
-    /// A line of the size `length` and `diameter`, m, full of oil with the bulk modulus `bulk`, Pa, the density `density`, kg/m^3, and
-    /// the kinematic viscosity `viscosity`, m^2/s.
+    /// A line with `length` and `diameter`, m, full of oil with the bulk modulus `bulk`, Pa, the density `density`, kg/m^3, and the
+    /// kinematic viscosity `viscosity`, m^2/s.
     #[must_use]
     pub fn new(length: f64, diameter: f64, bulk: f64, density: f64, viscosity: f64) -> Self {
         let area = 0.25 * std::f64::consts::PI * diameter * diameter;
@@ -193,10 +193,10 @@ impl Line {
     }
 }
 
-/// Valves in parallel from a level to a chamber.
+/// Parallel valves between a level and a chamber.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edge {
-    /// The level's place in [`Circuit::levels`].
+    /// Index of the level in [`Circuit::levels`].
     pub level: usize,
     /// 0 for A, 1 for B.
     pub chamber: usize,
@@ -204,26 +204,26 @@ pub struct Edge {
     pub valves: Vec<f64>,
 }
 
-/// What all valves have in common.
+/// The common data of all valves.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Valves {
-    /// The pressure drop at which the file gives flows, Pa.
+    /// The pressure drop to which the file's flows refer, Pa.
     #[serde(with = "rated_drop")]
     pub rated_drop: f64,
-    /// From the command to open, s.
+    /// Time from the command to open, s.
     #[serde(with = "delay")]
     pub opening: f64,
-    /// From the command to closed, s.
+    /// Time from the command to closed, s.
     #[serde(with = "delay")]
     pub closing: f64,
-    /// Each delay is drawn evenly within this much to either side, s.
+    /// Each delay is drawn from a uniform distribution of this half width, s.
     #[serde(default, with = "scatter")]
     pub scatter: f64,
     /// Below this pressure drop the flow becomes laminar, Pa.
     #[serde(default = "transition::default", with = "transition")]
     pub transition: f64,
-    /// Switchings that a valve lives.
+    /// Number of switchings in a valve's life.
     #[serde(with = "rated_life")]
     pub rated_life: f64,
     /// Energy of its solenoid for each switching, J.
@@ -262,19 +262,19 @@ pub struct Control {
     /// Sampling time, ns.
     #[serde(deserialize_with = "nanoseconds")]
     pub period: i64,
-    /// Position gain, 1/s: asked speed for a position error.
+    /// Position gain, 1/s: commanded speed per position error.
     #[serde(with = "gain")]
     pub gain: f64,
-    /// Position errors that are left, m, while the reference rests.
+    /// Position errors below this are ignored while the reference rests, m.
     #[serde(default, with = "dead_zone")]
     pub dead_zone: f64,
-    /// What one switching of a valve costs, as a share of the largest speed.
+    /// Cost of one switching of a valve, as a share of the largest speed.
     #[serde(default, with = "switching_cost")]
     pub switching_cost: f64,
-    /// What all of the largest power of the supply costs, as a share of the largest speed.
+    /// Cost of the supply's largest power, as a share of the largest speed.
     #[serde(default, with = "energy_cost")]
     pub energy_cost: f64,
-    /// Pressures in the chambers that the model-based law keeps below, gauge, Pa.
+    /// Limit of the chambers' pressures in the model-based law, gauge, Pa.
     #[serde(default = "pressure_limit::default", with = "pressure_limit")]
     pub pressure_limit: f64,
     /// Time constant of the filter of the measured force, s.
@@ -282,12 +282,12 @@ pub struct Control {
     pub force_filter: f64,
 }
 
-/// A law of the controller.
+/// A control law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum Law {
-    /// The opening whose flow at half the supply pressure is nearest to the flow asked for.
+    /// The opening whose flow at half the supply pressure is nearest to the commanded flow.
     Nearest,
-    /// The openings whose steady speed under the measured force is nearest, by pressures and switchings.
+    /// The openings with the best steady speed under the measured force, weighing pressures and switchings.
     Model,
     /// All valves of an edge together, for a part of each period.
     Pwm,
@@ -309,8 +309,8 @@ impl Oil {
         (1.0 + air) / (1.0 / self.bulk_modulus + air / (self.polytropic * absolute))
     }
 
-    /// How fast the air's volume changes as the pressure does by `rate`, Pa/s: `da/dt = -a/(n p) dp/dt`. So a simulation carries it
-    /// along, instead of a power at each step.
+    /// The rate of the air's volume if the pressure changes by `rate`, Pa/s: `da/dt = -a/(n p) dp/dt`. A simulation integrates it, which
+    /// avoids a power function in each step.
     #[inline]
     #[must_use]
     pub fn air_rate(&self, pressure: f64, air: f64, rate: f64) -> f64 {
@@ -334,7 +334,7 @@ pub(crate) fn root_slope(drop: f64, transition: f64) -> f64 {
 }
 
 impl Circuit {
-    /// The signed areas of A and B: what a pressure there pushes the ram with, m^2.
+    /// The signed areas of A and B, on which pressures act on the ram, m^2.
     #[inline]
     #[must_use]
     pub fn areas(&self) -> [f64; 2] {
@@ -351,8 +351,8 @@ impl Circuit {
         )
     }
 
-    /// What an ideal 4-way proportional valve, without lag and leakage, takes to move the ram by `way`, m: the highest level's
-    /// pressure for the volume into a chamber, less the lowest one's for that out of the other, J.
+    /// The energy of an ideal 4-way proportional valve, without lag and leakage, to move the ram by `way`, J: the highest level's pressure
+    /// for the volume into a chamber, minus the lowest one's for the volume out of the other.
     #[must_use]
     pub fn proportional(&self, way: f64) -> f64 {
         let (high, low) = self.pressures();
@@ -361,13 +361,13 @@ impl Circuit {
         high * filled - low * emptied
     }
 
-    /// The static friction, N. A hair more than Coulomb's, so that no halt is its own break-away.
+    /// The static friction, N: slightly more than Coulomb friction, so that a halt is never immediately followed by a break-away.
     #[must_use]
     pub fn break_away(&self) -> f64 {
         self.load.coulomb * (1.0 + self.load.stepping.max(1e-10))
     }
 
-    /// The valves of all edges.
+    /// Number of valves of all edges.
     #[must_use]
     pub fn valve_count(&self) -> usize {
         self.edges.iter().map(|edge| edge.valves.len()).sum()
@@ -385,14 +385,14 @@ impl Circuit {
         }
     }
 
-    /// The oil in a chamber where the ram leaves it least, m^3.
+    /// The smallest oil volume of a chamber, at the end of the ram's travel, m^3.
     #[must_use]
     pub fn least_volume(&self, chamber: usize) -> f64 {
         let chamber = &self.chambers[chamber];
         chamber.volume_at(-chamber.area * self.load.travel)
     }
 
-    /// The oil's stiffness where the ram leaves it least, N/m.
+    /// The oil's stiffness at that volume, N/m.
     fn oil_stiffness(&self) -> f64 {
         let of = |chamber: usize| {
             let area = self.chambers[chamber].area;
@@ -401,7 +401,7 @@ impl Circuit {
         of(0) + of(1)
     }
 
-    /// The highest frequency, Hz, at which the load can swing on its oil, its spring and its elastic stops.
+    /// The highest natural frequency, Hz, of the load with its oil, spring and elastic stops.
     #[must_use]
     pub fn highest_frequency(&self) -> f64 {
         let stop = self.load.elastic_stop.map_or(0.0, |stop| stop.stiffness);
@@ -409,7 +409,7 @@ impl Circuit {
         (stiffness / self.load.mass).sqrt() / std::f64::consts::TAU
     }
 
-    /// The path of the file's field that makes the highest rate of the motion, as `load.viscous`.
+    /// The path of the file's field that causes the fastest motion, as `load.viscous`.
     #[must_use]
     pub fn fastest_field(&self) -> String {
         let load = &self.load;
@@ -458,7 +458,7 @@ impl Circuit {
             .fold(0.0, f64::max)
     }
 
-    /// The ways to connect both chambers at once: an edge of A and one of B; of A alone where B has no area.
+    /// All combinations that connect both chambers: an edge of A and one of B; of A alone if B has no area.
     #[must_use]
     pub fn pairs(&self) -> Vec<[Option<usize>; 2]> {
         let of = |chamber| {
@@ -475,13 +475,13 @@ impl Circuit {
             .collect()
     }
 
-    /// The steady motion through a pair of edges with the openings `k` under the force `force` against positive motion:
-    /// the flows of both chambers are those of the ram, and the forces balance:
+    /// The steady motion through a pair of edges with the openings `k` under the force `force` against positive motion: the flows of both
+    /// chambers match the ram's motion, and the forces balance:
     ///
     /// ```text
     /// p_A = p_a - s (A_A v/K_a)^2,  p_B = p_b + s (A_B v/K_b)^2,  p_A A_A - p_B A_B = F + s F_C,   s = sgn v
     /// ```
-    /// `None` where an edge is closed.
+    /// `None` if an edge is closed.
     #[must_use]
     pub fn steady(&self, pair: [Option<usize>; 2], k: [f64; 2], force: f64) -> Option<Steady> {
         let [area_a, area_b] = [self.chambers[0].area, self.chambers[1].area];
@@ -527,6 +527,6 @@ pub struct Steady {
     pub speed: f64,
     /// p_A and p_B, gauge, Pa.
     pub pressures: [f64; 2],
-    /// What the levels give, W.
+    /// Power from the levels, W.
     pub power: f64,
 }

@@ -1,6 +1,6 @@
-//! How the flow of an edge is shared among its valves.
+//! The division of an edge's flow among its valves.
 
-/// Flows that differ by less than this share are the same but for rounding.
+/// Flows that differ by less than this share are equal except for rounding.
 pub(crate) const SAME_FLOW: f64 = 1e-9;
 
 /// A coding.
@@ -15,7 +15,7 @@ pub enum Coding {
 }
 
 impl Coding {
-    /// The sizes of `count` valves, the smallest 1.
+    /// The relative sizes of `count` valves, the smallest 1.
     #[must_use]
     pub fn sizes(self, count: usize) -> Vec<f64> {
         let mut sizes: Vec<f64> = Vec::with_capacity(count);
@@ -31,7 +31,7 @@ impl Coding {
         sizes
     }
 
-    /// `count` valves that together have the flow coefficient `total`.
+    /// `count` valves with the total flow coefficient `total`.
     #[must_use]
     pub fn share(self, total: f64, count: usize) -> Vec<f64> {
         let sizes = self.sizes(count);
@@ -40,7 +40,7 @@ impl Coding {
     }
 }
 
-/// An opening of an edge: some of its valves open.
+/// An opening of an edge: a subset of its valves that is open.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Opening {
     /// Bit i: valve i is open.
@@ -67,7 +67,7 @@ pub fn openings(valves: &[f64]) -> Vec<Opening> {
     all
 }
 
-/// The flows that valves can be opened to besides none: how many differ by more than rounding.
+/// The number of different nonzero flows of these valves.
 #[must_use]
 pub fn levels(valves: &[f64]) -> usize {
     let mut count = 0;

@@ -1,31 +1,30 @@
-//! Which valves are open: the laws of the controller, once every sampling period.
+//! The control laws, which choose the open valves once every sampling period.
 //!
-//! The asked speed is `v_r = v_ref + K_p (x_ref - x)`; zero within the dead zone while the reference rests, and then all valves
+//! The commanded speed is `v_r = v_ref + K_p (x_ref - x)`; within the dead zone, while the reference rests, it is zero and all valves
 //! close. [`Law::Model`] is the steady-state search of model-based digital flow control (M. Linjama, M. Huova et al., *Design and
-//! implementation of energy saving digital hydraulic control system*, SICFP 2007; A. Laamanen, *Minimization of pressure peaks in
-//! the digital hydraulic system*, TUT 2009). It weighs pairs of edges and their openings: for each opening of A's edge those of B's next
-//! to what the asked speed needs, and the present one. They are weighed by the speed at which they would settle under the measured
-//! force, by switchings, by power, and by the pressures they lead to: the steady ones, those while one edge has switched and the
-//! other not yet, and how far these overshoot when load and oil spring take up the change of speed. Above the limit, or below that of the
-//! atmosphere, where a chamber would be drawn empty, a choice costs the more the further.
+//! implementation of energy saving digital hydraulic control system*, SICFP 2007; A. Laamanen, *Minimization of pressure peaks in the
+//! digital hydraulic system*, TUT 2009). It compares pairs of edges and their openings: for each opening of A's edge, the openings of B's
+//! edge next to the one needed for the commanded speed, and the present one. The cost includes the steady speed under the measured force,
+//! switchings, power, and the resulting pressures: the steady ones, those while only one edge has switched, and their overshoot when load
+//! and oil spring absorb the change of speed. Pressures above the limit, or below that of the atmosphere (an empty chamber), cost the more
+//! the further they are beyond.
 
 use crate::circuit::{Circuit, Law, MOST_EDGES, MOST_VALVES};
 use crate::coding::{Opening, SAME_FLOW, openings};
 use crate::simulation::Simulation;
 
-/// What a pressure beyond the limit costs for its excess, as a share of the limit: a tenth costs as much as an error of the whole
-/// speed.
+/// Cost of a pressure beyond the limit per relative excess: a tenth costs as much as an error of the whole speed.
 const OVER_LIMIT: f64 = 10.0;
 
-/// The most that it costs, so that a ram that can only be moved or stopped beyond the limit still is.
+/// The maximum of this cost, so that a ram that can be moved or stopped only beyond the limit still is.
 const MOST_OVER: f64 = 0.4;
 
-/// The reference at the begin of a sampling period.
+/// The reference at the beginning of a sampling period.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reference {
     /// m
     pub position: f64,
-    /// m/s; 0 where it is not known.
+    /// m/s; 0 if not known.
     pub speed: f64,
 }
 
@@ -74,7 +73,7 @@ impl Controller {
         }
     }
 
-    /// Commands the valves for the sampling period that begins.
+    /// Commands the valves at the beginning of a sampling period.
     pub(crate) fn decide(&mut self, simulation: &mut Simulation, reference: Reference) {
         let circuit = simulation.circuit().clone();
         let control = &circuit.control;
@@ -128,7 +127,8 @@ impl Controller {
         }
     }
 
-    /// Of the openings of an edge that have the same flow, that which switches least, of valves that have switched least.
+    /// Among openings of an edge with the same flow, the one that switches fewest valves, preferring those with the fewest switchings so
+    /// far.
     fn choices(&self, simulation: &Simulation, edge: usize) -> Vec<Opening> {
         let commanded = simulation.commanded()[edge];
         let cost = |opening: &Opening| {
@@ -181,7 +181,7 @@ impl Controller {
         }
     }
 
-    /// The pair and openings of the least cost.
+    /// The pair and openings with the lowest cost.
     fn by_model(
         &self,
         circuit: &Circuit,
@@ -270,7 +270,7 @@ impl Controller {
     }
 }
 
-/// What the controller measures.
+/// The controller's measurements.
 struct Measured {
     /// m
     position: f64,
@@ -278,13 +278,13 @@ struct Measured {
     speed: f64,
     /// Gauge, Pa.
     pressures: [f64; 2],
-    /// Of the oil on the ram, filtered, N.
+    /// Force of the oil on the ram, filtered, N.
     force: f64,
 }
 
 impl Measured {
-    /// How far each chamber's pressure overshoots for a change of speed, Pa s/m: the load swings on the oil with
-    /// `w = sqrt(k/M)`, `k = sum of B A^2/V`, by `dv/w`, and each chamber has `B A/V` for a way.
+    /// The overshoot of each chamber's pressure per change of speed, Pa s/m: the load oscillates on the oil with `w = sqrt(k/M)`,
+    /// `k = sum of B A^2/V`, by `dv/w`, and the pressure of each chamber changes by `B A/V` per distance.
     fn overshoots(&self, circuit: &Circuit) -> [f64; 2] {
         let travels = circuit.areas().map(|area| area * self.position);
         let per_way = [0, 1].map(|place| {
@@ -302,7 +302,7 @@ impl Measured {
         per_way.map(|per_way| per_way / (stiffness / circuit.load.mass).sqrt())
     }
 
-    /// What pressures beyond the limit, and chambers that are drawn empty, cost at a speed: the more the further.
+    /// The cost of pressures beyond the limits at a speed, which increases with the excess.
     fn cost_over_limits(
         &self,
         circuit: &Circuit,
@@ -330,7 +330,7 @@ impl Measured {
     }
 }
 
-/// The opening of B's edge that gives the speed `asked` while A's has `k`; 0 where none does.
+/// The opening of B's edge that gives the speed `asked` while A's has `k`; 0 if there is none.
 fn needed(circuit: &Circuit, pair: [Option<usize>; 2], k: f64, asked: f64, force: f64) -> f64 {
     let level = |edge: Option<usize>| {
         edge.map_or(0.0, |edge| {

@@ -1,6 +1,6 @@
-//! Circuit files: YAML, every quantity with its unit, converted to SI once, here.
+//! Circuit files: YAML, every quantity with its unit, converted to SI here.
 //!
-//! `circuits/dfcu.yaml` is the example; [`BUILT_IN`] has the files that are built in.
+//! `circuits/dfcu.yaml` is an example; [`BUILT_IN`] has the built-in files.
 
 use planesman_text::yaml::{self, Refusal};
 use planesman_units::{Quantity, readers};
@@ -19,19 +19,19 @@ use crate::coding::Coding;
 /// The built-in circuits: name and file.
 pub const BUILT_IN: &[(&str, &str)] = &[("dfcu", include_str!("../circuits/dfcu.yaml"))];
 
-/// The shortest time constant that is taken, s, and the highest frequency: what is faster would be simulated for ever.
+/// The shortest accepted time constant, s, and the highest frequency: anything faster would be simulated for ever.
 const SHORTEST_TIME: f64 = 1e-6;
 const MOST_FREQUENCY: f64 = 20_000.0;
-/// The shortest and the longest delay of a line, s: a step is at most a round trip long, and the wave of a round trip is kept.
+/// The shortest and the longest delay of a line, s: a step is at most a round trip long, and the wave of a round trip is stored.
 const LINE_DELAYS: [f64; 2] = [5e-5, 0.5];
 
-/// Why a text describes no circuit.
+/// Why a text is not a valid circuit.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FileError {
-    /// Not YAML, or a field is missing or not known.
+    /// Not YAML, or a field is missing or unknown.
     #[error("{0}")]
     Malformed(String),
-    /// A value breaks a rule.
+    /// A value violates a rule.
     #[error("{0}")]
     Refused(Refusal),
 }
@@ -44,7 +44,7 @@ struct File {
     load: Load,
     #[serde(deserialize_with = "each_once")]
     chambers: BTreeMap<String, Chamber>,
-    /// At the rated pressure drop, m^3/s.
+    /// Flow at the rated pressure drop, m^3/s.
     #[serde(default, with = "leakage")]
     seal_leakage: f64,
     #[serde(deserialize_with = "each_once")]
@@ -94,7 +94,7 @@ struct EdgeSection {
     flows: Option<Vec<Flow>>,
 }
 
-/// A mapping in which no key stands twice.
+/// A YAML mapping that rejects duplicate keys.
 fn each_once<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
     from: D,
 ) -> Result<BTreeMap<String, T>, D::Error> {
@@ -111,7 +111,7 @@ fn each_once<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
             let mut all = BTreeMap::new();
             while let Some((key, value)) = map.next_entry::<String, T>()? {
                 if all.contains_key(&key) {
-                    return Err(A::Error::custom(format!("'{key}' stands there twice")));
+                    return Err(A::Error::custom(format!("'{key}' occurs twice")));
                 }
                 all.insert(key, value);
             }
@@ -122,7 +122,7 @@ fn each_once<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
     from.deserialize_map(Each(PhantomData))
 }
 
-/// A field that breaks a rule: its path, its value where that is not what the file has there, and the rule.
+/// A field that violates a rule: its path, its value if it differs from the file's, and the rule.
 struct Broken {
     field: String,
     value: Option<String>,
@@ -137,7 +137,7 @@ fn refused<T>(field: &str, value: impl ToString, rule: impl ToString) -> Result<
     })
 }
 
-/// Refuses the value that the file has at `field`.
+/// Refuses the file's value of `field`.
 fn refused_there<T>(field: &str, rule: impl ToString) -> Result<T, Broken> {
     Err(Broken {
         field: field.to_owned(),
@@ -146,7 +146,7 @@ fn refused_there<T>(field: &str, rule: impl ToString) -> Result<T, Broken> {
     })
 }
 
-/// Whether a YAML text is meant to be a circuit: it has edges.
+/// Whether a YAML text is a circuit: it has edges.
 #[must_use]
 pub fn is_circuit(text: &str) -> bool {
     #[derive(Deserialize)]
@@ -157,10 +157,10 @@ pub fn is_circuit(text: &str) -> bool {
     yaml::from_str(text).is_ok_and(|head: Head| head.edges.is_some() || head.chambers.is_some())
 }
 
-/// The circuit that `text` describes.
+/// The circuit in `text`.
 ///
 /// # Errors
-/// [`FileError`], naming field, value and rule.
+/// [`FileError`], with field, value and rule.
 pub fn parse(text: &str) -> Result<Circuit, FileError> {
     let file: File =
         yaml::from_str(text).map_err(|error| FileError::Malformed(error.to_string()))?;
@@ -202,20 +202,20 @@ impl File {
     }
 }
 
-/// The supply levels, the tank T among them.
+/// The supply levels, including the tank T.
 fn levels(supply: &BTreeMap<String, Pressure>) -> Result<Vec<Level>, Broken> {
     if !(2..=MOST_LEVELS).contains(&supply.len()) {
         return refused(
             "supply",
             format!("{} levels", supply.len()),
-            format!("2 to {MOST_LEVELS} are taken, the tank T among them"),
+            format!("there must be 2 to {MOST_LEVELS} levels, including the tank T"),
         );
     }
     let is_name = |name: &str| {
         (1..=8).contains(&name.len()) && name.chars().all(|c| c.is_ascii_alphanumeric())
     };
     if let Some(name) = supply.keys().find(|name| !is_name(name)) {
-        let rule = "a level's name is of 1 to 8 letters and digits";
+        let rule = "a level's name must have 1 to 8 letters and digits";
         return refused(&format!("supply.{name}"), name, rule);
     }
     let Some(tank) = supply.get("T") else {
@@ -223,7 +223,7 @@ fn levels(supply: &BTreeMap<String, Pressure>) -> Result<Vec<Level>, Broken> {
         return refused("supply", names.join(", "), "the tank T is missing");
     };
     if let Some((name, _)) = supply.iter().find(|(_, pressure)| pressure.0 < tank.0) {
-        let rule = "no level may have less pressure than the tank T";
+        let rule = "no level may have a lower pressure than the tank T";
         return refused_there(&format!("supply.{name}"), rule);
     }
     let level = |(name, pressure): (&String, &Pressure)| Level {
@@ -234,7 +234,7 @@ fn levels(supply: &BTreeMap<String, Pressure>) -> Result<Vec<Level>, Broken> {
     Ok(supply.iter().map(level).collect())
 }
 
-/// What the levels press into a stop stays in the cylinder, and no plane turns by a quarter.
+/// Checks that a ram pressed into an elastic stop by the levels stays in the cylinder, and that no plane turns by a quarter.
 fn within_the_cylinder(circuit: &Circuit) -> Result<(), Broken> {
     let load = &circuit.load;
     let (high, low) = circuit.pressures();
@@ -249,7 +249,8 @@ fn within_the_cylinder(circuit: &Circuit) -> Result<(), Broken> {
         return refused_there(
             "load.elastic_stop.stiffness",
             format!(
-                "the levels would press the ram {deepest:.3} m into it, to the end of its chamber"
+                "the levels would press the ram {deepest:.3} m into the stop, to the end of its \
+                 chamber"
             ),
         );
     }
@@ -257,14 +258,15 @@ fn within_the_cylinder(circuit: &Circuit) -> Result<(), Broken> {
         return refused_there(
             "load.moment_arm",
             format!(
-                "the ram's way of {reach:.3} m, stops included, would turn the plane by a right angle or more"
+                "the ram's travel of {reach:.3} m, including stops, would turn the plane by a \
+                 right angle or more"
             ),
         );
     }
     Ok(())
 }
 
-/// Refuses a load that swings so fast that a simulation would never end.
+/// Refuses a load that oscillates so fast that a simulation would never end.
 fn swings_slowly(circuit: &Circuit) -> Result<(), Broken> {
     let load = &circuit.load;
     let frequency = circuit.highest_frequency();
@@ -272,7 +274,8 @@ fn swings_slowly(circuit: &Circuit) -> Result<(), Broken> {
         return refused_there(
             "load.mass",
             format!(
-                "load and oil would swing at {frequency:.0} Hz; at most {MOST_FREQUENCY} Hz are taken"
+                "load and oil would oscillate at {frequency:.0} Hz; at most {MOST_FREQUENCY} Hz \
+                 are allowed"
             ),
         );
     }
@@ -296,7 +299,8 @@ fn fills_slowly(circuit: &Circuit) -> Result<(), Broken> {
                 &format!("edges.{}", circuit.edge_name(place)),
                 format!("{k} m^3/s/sqrt(Pa)"),
                 format!(
-                    "its valves would fill the chamber at the end of its travel within {time:.1e} s; at least {SHORTEST_TIME} s are taken"
+                    "its valves would fill the chamber at the end of its travel within {time:.1e} \
+                     s; at least {SHORTEST_TIME} s are allowed"
                 ),
             );
         }
@@ -308,7 +312,8 @@ fn fills_slowly(circuit: &Circuit) -> Result<(), Broken> {
             return refused_there(
                 "seal_leakage",
                 format!(
-                    "it would fill the chamber at the end of its travel within {time:.1e} s; at least {SHORTEST_TIME} s are taken"
+                    "the leakage would fill the chamber at the end of its travel within \
+                     {time:.1e} s; at least {SHORTEST_TIME} s are allowed"
                 ),
             );
         }
@@ -316,7 +321,7 @@ fn fills_slowly(circuit: &Circuit) -> Result<(), Broken> {
     Ok(())
 }
 
-/// Refuses a ram that is faster than its stops and its valves' delays allow.
+/// Refuses a ram that is too fast for its stops and its valves' delays.
 fn moves_slowly(circuit: &Circuit) -> Result<(), Broken> {
     let load = &circuit.load;
     let speed = circuit.largest_speed();
@@ -333,7 +338,7 @@ fn moves_slowly(circuit: &Circuit) -> Result<(), Broken> {
         return refused(
             "load.elastic_stop.damping",
             stop.damping,
-            format!("times the largest speed, {speed:.3} m/s, it must be at most 10"),
+            format!("times the largest speed, {speed:.3} m/s, this must be at most 10"),
         );
     }
     let longest = circuit.valves.opening.max(circuit.valves.closing) + circuit.valves.scatter;
@@ -347,7 +352,7 @@ fn moves_slowly(circuit: &Circuit) -> Result<(), Broken> {
     Ok(())
 }
 
-/// Gives their lines to the levels.
+/// Adds their lines to the levels.
 fn add_lines(
     lines: &BTreeMap<String, LineSection>,
     oil: &Oil,
@@ -360,7 +365,7 @@ fn add_lines(
                 &format!("lines.{name}"),
                 name,
                 format!(
-                    "a line is named as its supply level, of {}",
+                    "a line must have the name of its supply level, one of {}",
                     names.join(", ")
                 ),
             );
@@ -372,7 +377,7 @@ fn add_lines(
             return refused_there(
                 &format!("lines.{name}.length"),
                 format!(
-                    "a wave would take {:.2e} s from end to end; from {least} to {most} s are taken",
+                    "a wave would take {:.2e} s from end to end; {least} to {most} s are allowed",
                     line.delay
                 ),
             );
@@ -381,7 +386,8 @@ fn add_lines(
             return refused_there(
                 &format!("lines.{name}.diameter"),
                 format!(
-                    "the line's laminar resistance, {:.2e} Pa s/m^3, would exceed its impedance, {:.2e}: friction at its ends would not stand for it",
+                    "the line's laminar resistance, {:.2e} Pa s/m^3, would exceed its impedance, \
+                     {:.2e}: friction at its ends is then not a valid model",
                     line.resistance, line.impedance
                 ),
             );
@@ -393,14 +399,15 @@ fn add_lines(
 
 fn chambers(given: &BTreeMap<String, Chamber>, load: &Load) -> Result<[Chamber; 2], Broken> {
     if let Some(name) = given.keys().find(|name| !["A", "B"].contains(&&***name)) {
-        let rule = "the chambers are A, which x > 0 enlarges, and B";
+        let rule = "the chambers must be A, which x > 0 enlarges, and B";
         return refused("chambers", name, rule);
     }
     for (name, chamber) in given {
         let least = 1.01 * chamber.area * load.travel;
         if chamber.volume <= least {
             let rule = format!(
-                "at mid-stroke it must be more than 1.01 times area times travel, {least} m^3"
+                "the volume at mid-stroke must be more than 1.01 times area times travel, {least} \
+                 m^3"
             );
             return refused_there(&format!("chambers.{name}.volume"), rule);
         }
@@ -431,7 +438,7 @@ fn edges(
             .iter()
             .any(|other| (other.level, other.chamber) == (level, chamber))
         {
-            let rule = "this level and this chamber are connected already";
+            let rule = "this level and this chamber are already connected";
             return refused(&field, name, rule);
         }
         edges.push(Edge {
@@ -443,7 +450,7 @@ fn edges(
     Ok(edges)
 }
 
-/// Level and chamber of an edge: `P-A`, `B-T`.
+/// Level and chamber of an edge name: `P-A`, `B-T`.
 fn ends(
     field: &str,
     name: &str,
@@ -470,7 +477,8 @@ fn ends(
                 field,
                 name,
                 format!(
-                    "an edge is written as LEVEL-CHAMBER or CHAMBER-LEVEL, of the levels {} and the chambers given",
+                    "an edge must be LEVEL-CHAMBER or CHAMBER-LEVEL, with the levels {} and the \
+                     chambers given",
                     names.join(", ")
                 ),
             )
@@ -492,7 +500,7 @@ impl EdgeSection {
                     return refused(
                         &format!("{field}.flows"),
                         format!("{} valves", flows.len()),
-                        format!("at most {MOST_VALVES} are taken"),
+                        format!("at most {MOST_VALVES} are allowed"),
                     );
                 }
                 Ok(flows.iter().map(|flow| flow.0 / drop.sqrt()).collect())
@@ -568,14 +576,10 @@ mod tests {
             (
                 "T: 0.3 MPa",
                 "T: 30 MPa",
-                "supply.P: 10 MPa refused: no level may have less pressure than the tank T",
+                "supply.P: 10 MPa refused: no level may have a lower pressure than the tank T",
             ),
-            (
-                "P: 10 MPa",
-                "P: 10 MPa\n  P: 1 MPa",
-                "'P' stands there twice",
-            ),
-            ("A-T:", "A-X:", "an edge is written as LEVEL-CHAMBER"),
+            ("P: 10 MPa", "P: 10 MPa\n  P: 1 MPa", "'P' occurs twice"),
+            ("A-T:", "A-X:", "an edge must be LEVEL-CHAMBER"),
             ("law: model", "law: modle", "did you mean"),
             (
                 "supply:",
@@ -600,7 +604,7 @@ mod tests {
             (
                 "supply:",
                 "lines: {R: {length: 1 m, diameter: 12 mm}}\nsupply:",
-                "a line is named as its supply level, of P, T",
+                "a line must have the name of its supply level, one of P, T",
             ),
             (
                 "oil:",
@@ -620,7 +624,7 @@ mod tests {
             (
                 "\nvalves:",
                 "\nseal_leakage: 1 m^3/s\nvalves:",
-                "seal_leakage: 1 m^3/s refused: it would fill the chamber",
+                "seal_leakage: 1 m^3/s refused: the leakage would fill the chamber",
             ),
             (
                 "coulomb: 150 N",

@@ -1,42 +1,42 @@
-//! Where the work of the supply goes.
+//! The energy balance of the supply.
 //!
 //! ```text
 //! supply = throttling + seal + compression + viscous + friction + load + mechanical + stops + lines + line friction
 //! ```
-//! Every term is an integral of its own, so that the balance is a check. Switching is electrical and beside it.
+//! Every term is a separate integral, so the balance is a real check. The energy of switching is electrical and not part of it.
 
 use crate::circuit::{MOST_EDGES, MOST_LEVELS};
 
 /// Works since the start, J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ledger {
-    /// What all levels gave: the pressure of each times the volume that left it.
+    /// Work of all levels: the pressure of each times the volume that left it.
     pub supply: f64,
-    /// The same by level; negative where a level took oil back.
+    /// The same by level; negative if a level received oil.
     pub levels: [f64; MOST_LEVELS],
     /// Lost in the valves of each edge.
     pub throttling: [f64; MOST_EDGES],
     /// Lost past the piston.
     pub seal: f64,
-    /// Stored in the oil, net: what compressed it less what it gave back.
+    /// Stored in the oil, net: compression work minus recovered work.
     pub compression: f64,
-    /// What compressed it.
+    /// Compression work.
     pub compressed: f64,
     /// Lost to viscous friction.
     pub viscous: f64,
     /// Lost to Coulomb friction.
     pub friction: f64,
-    /// Done on the load's force of the load cycle.
+    /// Work on the load cycle's force.
     pub load: f64,
-    /// Gained as kinetic energy, in spring, weight and elastic stops.
+    /// Gain of kinetic energy and of the energy in spring, weight and elastic stops.
     pub mechanical: f64,
     /// Lost at the stops.
     pub stops: f64,
-    /// Gained in the lines: oil compressed and in motion.
+    /// Gain of energy in the lines: compressed and moving oil.
     pub lines: f64,
     /// Lost to the oil's friction in the lines.
     pub line_friction: f64,
-    /// Electrical: the solenoids' energy.
+    /// Electrical energy of the solenoids.
     pub switching: f64,
 }
 
@@ -52,7 +52,7 @@ impl Ledger {
         sum
     }
 
-    /// Each term so many times.
+    /// Each term multiplied by a factor.
     #[must_use]
     pub fn times(&self, factor: f64) -> Self {
         let mut product = *self;
@@ -81,13 +81,13 @@ impl Ledger {
         terms
     }
 
-    /// All that the valves lost.
+    /// The total loss in the valves.
     #[must_use]
     pub fn throttled(&self) -> f64 {
         self.throttling.iter().sum()
     }
 
-    /// What is missing in the balance, J.
+    /// The residual of the balance, J.
     #[must_use]
     pub fn residual(&self) -> f64 {
         self.supply
@@ -103,7 +103,7 @@ impl Ledger {
                 + self.line_friction)
     }
 
-    /// What the balance is to be compared with: all the work that went through it, J.
+    /// The scale of the balance: the total work, J.
     #[must_use]
     pub fn turnover(&self) -> f64 {
         self.levels.iter().map(|work| work.abs()).sum::<f64>() + self.compressed

@@ -1,9 +1,10 @@
 #![doc = include_str!("../README.md")]
 //!
-//! - [`Circuit`], [`mod@file`]: the constants of a circuit, and where they are read; [`Line`]: a hydraulic line from a level to its valves.
-//! - [`Simulation`]: the motion between valves that open and close, a ram that sticks, slides and meets its stops; [`Ledger`]: its energy.
-//! - [`Actuator`]: the circuit under its controller, [`Law`].
-//! - [`LoadCycle`]: a reference and a force over time; [`run`]: the figures of a circuit that follows one.
+//! - [`Circuit`], [`mod@file`]: the constants of a circuit, and their file; [`Line`]: a hydraulic line from a level to its valves.
+//! - [`Simulation`]: the motion with valves that open and close, and a ram that sticks, slides and reaches its stops; [`Ledger`]: its
+//!   energy.
+//! - [`Actuator`]: the circuit with its controller, [`Law`].
+//! - [`LoadCycle`]: a reference and a force over time; [`run`]: the results of a circuit that follows one.
 
 mod actuator;
 mod choice;

@@ -1,20 +1,20 @@
 //! A hydraulic line between a level's source and its valves, by the method of characteristics.
 //!
-//! Pressure `p` and flow `q` towards the valves travel as two waves, `p + Z q` to the valves and `p - Z q` back, each for `T`
-//! (E. B. Wylie, V. L. Streeter, *Fluid Transients in Systems*, 1993, chapter 3). All pressures here are less the source's, which is held:
+//! Pressure `p` and flow `q` towards the valves travel as two waves, `p + Z q` to the valves and `p - Z q` back, each for `T` (E. B. Wylie,
+//! V. L. Streeter, *Fluid Transients in Systems*, 1993, chapter 3). All pressures here are relative to the source's constant pressure:
 //!
 //! ```text
 //! at the valves    p = c - (Z + R/2) q,   w = c - 2 Z q          c the wave that arrives, w the one that leaves
 //! at the source    c(t) = -r w(t - 2 T),  r = (Z - R/2)/(Z + R/2),   q_s(t) = -w(t - T)/(Z + R/2)
 //! ```
-//! Half of the laminar resistance `R` stands at each end (P. Krus, K. Weddfelt, J.-O. Palmberg, *Fast pipeline models for simulation of
-//! hydraulic systems*, ASME J. Dyn. Sys. Meas. Control 116, 1994). What the line holds is in the waves under way:
+//! Half of the laminar resistance `R` is at each end (P. Krus, K. Weddfelt, J.-O. Palmberg, *Fast pipeline models for simulation of
+//! hydraulic systems*, ASME J. Dyn. Sys. Meas. Control 116, 1994). The contents of the line follow from the travelling waves:
 //!
 //! ```text
 //! volume = 1/(2Z) (I1 - r I2),   energy = 1/(4Z) (J1 + r^2 J2) + p_source volume
 //! I1, J1 the integrals of w and w^2 over [t - T, t], I2, J2 those over [t - 2T, t - T]
 //! ```
-//! The wave that left is kept for a round trip, a polynomial for each step of the integration.
+//! The wave that left is stored for a round trip, as a polynomial for each step of the integration.
 
 use std::collections::VecDeque;
 
@@ -23,7 +23,7 @@ use planesman_linear::below_zero_near;
 
 /// Degree of the polynomials.
 pub(crate) const DEGREE: usize = 8;
-/// `cos(k pi/DEGREE)`: where a step is sampled, from its end to its begin.
+/// `cos(k pi/DEGREE)`: the points at which a step is sampled, from its end to its beginning.
 pub(crate) const NODES: [f64; DEGREE + 1] = [
     1.0,
     0.9238795325112867,
@@ -47,9 +47,9 @@ const GAUSS: [(f64, f64); 9] = [
     (0.8360311073266358, 0.1806481606948574),
     (0.9681602395076261, 0.08127438836157441),
 ];
-/// How much more than the wave itself its slope may jump, over a step.
+/// How much more the slope may jump than the wave itself, over a step.
 const SLOPE: f64 = 20.0;
-/// Instants nearer than this are one, s.
+/// Instants nearer than this are equal, s.
 const SAME_TIME: f64 = 1e-12;
 
 /// The coefficients of the Chebyshev polynomials through the values at [`NODES`].
@@ -78,16 +78,16 @@ fn integral(coefficients: &[f64; DEGREE + 1]) -> f64 {
         .sum()
 }
 
-/// The wave that left over a stretch of time.
+/// The wave that left during an interval of time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Piece {
     begin: f64,
     end: f64,
-    /// Middle and half length of the step that the coefficients are of.
+    /// Middle and half length of the step of the coefficients.
     middle: f64,
     half: f64,
     coefficients: [f64; DEGREE + 1],
-    /// The wave or its slope jumps where it begins.
+    /// Whether the wave or its slope jumps at the beginning.
     jump: bool,
 }
 
@@ -107,7 +107,7 @@ impl Piece {
         )
     }
 
-    /// The integrals of the wave and of its square over what of `[begin, end]` lies within.
+    /// The integrals of the wave and of its square over the part of `[begin, end]` within the piece.
     fn integrals(&self, begin: f64, end: f64) -> [f64; 2] {
         let (begin, end) = (begin.max(self.begin), end.min(self.end));
         if begin >= end {
@@ -122,7 +122,7 @@ impl Piece {
     }
 }
 
-/// What happens at the valves over a step.
+/// The quantities at the valves over a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LineStep {
     piece: Piece,
@@ -132,14 +132,14 @@ pub(crate) struct LineStep {
 }
 
 impl LineStep {
-    /// How large the last coefficients of the wave are: about the polynomial's error, Pa.
+    /// The size of the wave's last coefficients: approximately the polynomial's error, Pa.
     pub(crate) fn tail(&self) -> f64 {
         let last = &self.piece.coefficients[DEGREE - 1..];
         last.iter().fold(0.0, |most, it| it.abs().max(most))
     }
 }
 
-/// The valves' end of a line; pressures less the source's.
+/// The valves' end of a line, with pressures relative to the source's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct AtValves {
     pub(crate) pressure: f64,
@@ -148,45 +148,45 @@ pub(crate) struct AtValves {
     leaving: f64,
 }
 
-/// What a line has taken from its source and holds.
+/// The totals of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LineSample {
-    /// From the source since the start, m^3.
+    /// Volume from the source since the start, m^3.
     pub(crate) volume: f64,
-    /// Gained in the line since the start, J, where the source has the pressure given.
+    /// Gain of energy in the line since the start, J, for a source with the given pressure.
     pub(crate) stored: f64,
-    /// Lost to its friction since the start, J.
+    /// Loss by its friction since the start, J.
     pub(crate) friction: f64,
 }
 
 /// The waves in a line.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Waves {
-    /// Its level's place.
+    /// The index of its level.
     pub(crate) level: usize,
     /// A round trip, s.
     trip: f64,
     line: Line,
-    /// Jumps that are smaller are none, Pa.
+    /// Pressure jumps below this are ignored, Pa.
     small: f64,
-    /// How long a step would be if nothing cut it short, s.
+    /// The length of a step without interruptions, s.
     reach: f64,
-    /// Of the open valves to A and B, m^3/(s sqrt(Pa)).
+    /// Flow coefficients of the open valves to A and B, m^3/(s sqrt(Pa)).
     k: [f64; 2],
-    /// The wave that left, over the last round trip at least.
+    /// The wave that left, at least over the last round trip.
     pieces: VecDeque<Piece>,
-    /// The first and the last of the pieces that arrive before the next jump does.
+    /// The first and the last of the pieces that arrive before the next jump.
     arriving: (usize, usize),
     /// The integrals of the wave that left and of its square since the start.
     total: [f64; 2],
-    /// Lost to the friction at the valves' end, J.
+    /// Loss by the friction at the valves' end, J.
     friction: f64,
     /// The highest and the lowest pressure at the valves.
     peaks: (f64, f64),
 }
 
 impl Waves {
-    /// At rest. Jumps smaller than `small`, Pa, are none.
+    /// At rest. Jumps smaller than `small`, Pa, are ignored.
     pub(crate) fn new(level: usize, line: Line, small: f64) -> Self {
         let trip = 2.0 * line.delay;
         Self {
@@ -211,12 +211,12 @@ impl Waves {
         }
     }
 
-    /// The highest and the lowest pressure at the valves so far, less the source's.
+    /// The highest and the lowest pressure at the valves so far, relative to the source's.
     pub(crate) fn peaks(&self) -> (f64, f64) {
         self.peaks
     }
 
-    /// The valves to A or B are open so far.
+    /// Sets the flow coefficient of the open valves to A or B.
     pub(crate) fn open(&mut self, chamber: usize, k: f64) {
         self.k[chamber] = k;
     }
@@ -226,7 +226,7 @@ impl Waves {
         self.k != [0.0; 2]
     }
 
-    /// Up to where it is known what left.
+    /// The time up to which the wave that left is known.
     fn end(&self) -> f64 {
         self.pieces.back().map_or(0.0, |last| last.end)
     }
@@ -236,7 +236,7 @@ impl Waves {
         (self.line.impedance - half) / (self.line.impedance + half)
     }
 
-    /// The clock is set back.
+    /// Shifts the clock back.
     pub(crate) fn set_back(&mut self, by: f64) {
         for piece in &mut self.pieces {
             piece.begin -= by;
@@ -245,7 +245,8 @@ impl Waves {
         }
     }
 
-    /// Looks back a round trip from `now`, and tells up to when a step may go: to where the next jump arrives, or what leaves now.
+    /// Finds the waves that arrive from a round trip before `now`, and returns the end of the next step: where the next jump arrives, or a
+    /// round trip from now.
     pub(crate) fn look_back(&mut self, now: f64) -> f64 {
         let since = now - self.trip + SAME_TIME;
         let after = self.pieces.partition_point(|piece| piece.end <= since);
@@ -260,8 +261,8 @@ impl Waves {
         }
     }
 
-    /// Pressure and flow at the valves while the chambers have the pressures `chambers`, less the source's:
-    /// where what flows through the valves is what the wave that arrives gives at their pressure.
+    /// Pressure and flow at the valves for the pressures `chambers`, relative to the source's: the flow through the valves equals the flow
+    /// that the arriving wave gives at their pressure.
     #[inline]
     pub(crate) fn at_valves(&self, time: f64, chambers: [f64; 2], transition: f64) -> AtValves {
         let since = time - self.trip;
@@ -311,7 +312,7 @@ impl Waves {
         }
     }
 
-    /// What happens over the step from `begin` to `end` with this at [`NODES`] of it.
+    /// Evaluates the step from `begin` to `end` with these values at its [`NODES`].
     pub(crate) fn step(&self, begin: f64, end: f64, valves: &[AtValves; DEGREE + 1]) -> LineStep {
         let half = 0.5 * (end - begin);
         let losses = chebyshev(&valves.map(|it| 0.5 * self.line.resistance * it.flow * it.flow));
@@ -333,7 +334,7 @@ impl Waves {
         }
     }
 
-    /// The step is over; the next would be `reach`, s, long if nothing cut it short.
+    /// Completes the step; without interruptions the next would be `reach`, s, long.
     pub(crate) fn push(&mut self, step: &LineStep, reach: f64) {
         self.reach = reach.min(self.trip);
         self.friction += step.friction;
@@ -361,7 +362,7 @@ impl Waves {
         }
     }
 
-    /// While all valves are closed, what arrives leaves as it is: the last round trip comes again and again, up to `to`.
+    /// While all valves are closed, an arriving wave leaves unchanged: the last round trip repeats until `to`.
     pub(crate) fn stay_closed(&mut self, to: f64) {
         let trips = ((to - self.end()) / self.trip).floor();
         if trips > 4.0 {
@@ -415,7 +416,7 @@ impl Waves {
         })
     }
 
-    /// What it has taken from a source at the pressure `source`, and holds, at the end of the last step.
+    /// The totals at the end of the last step, for a source at the pressure `source`.
     pub(crate) fn taken(&self, source: f64) -> LineSample {
         let Line {
             delay,

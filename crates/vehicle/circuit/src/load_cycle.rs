@@ -1,4 +1,4 @@
-//! A load cycle, and the figures of a circuit that follows it.
+//! A load cycle, and the results of a circuit that follows it.
 
 use std::sync::Arc;
 
@@ -11,10 +11,10 @@ use crate::simulation::Force;
 /// The largest force on a load, N.
 pub const MOST_FORCE: f64 = 1e8;
 
-/// How often the error of position is sampled in a sampling period.
+/// Number of samples of the position error in a sampling period.
 const SAMPLES: i64 = 4;
 
-/// A load cycle: straight lines between its points.
+/// A load cycle, linear between its points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadCycle {
     points: Vec<Point>,
@@ -31,24 +31,25 @@ pub struct Point {
     pub force: f64,
 }
 
-/// Why points are no load cycle.
+/// Why points do not form a load cycle.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LoadCycleError {
     /// Fewer than two.
-    #[error("a load cycle needs two points at least, here are {0}")]
+    #[error("a load cycle needs at least two points, but has {0}")]
     Few(usize),
     /// Not finite.
     #[error("point {0} of the load cycle has a number that is not finite")]
     NotFinite(usize),
-    /// Time stands or runs back.
+    /// Time does not increase.
     #[error("point {0} of the load cycle is not later than the one before")]
     Order(usize),
-    /// It lasts longer than a day, or shorter than a millisecond.
-    #[error("the load cycle lasts {0} s; from 0.001 to 86400 s are taken")]
+    /// It lasts longer than a day, or less than a millisecond.
+    #[error("the load cycle lasts {0} s; 0.001 to 86400 s are allowed")]
     Length(f64),
-    /// A force beyond what a circuit's file takes.
+    /// A force beyond the range of a circuit's file.
     #[error(
-        "point {point} of the load cycle has a force of {force} N; at most {MOST_FORCE} N to either side are taken"
+        "point {point} of the load cycle has a force of {force} N; at most {MOST_FORCE} N in \
+         either direction are allowed"
     )]
     Force {
         /// Its number, from 1.
@@ -56,7 +57,7 @@ pub enum LoadCycleError {
         /// N
         force: f64,
     },
-    /// The ram cannot go there.
+    /// The ram cannot reach this position.
     #[error(
         "point {point} of the load cycle, {position} m, is beyond the ram's travel of +-{travel} m"
     )]
@@ -107,7 +108,7 @@ impl LoadCycle {
         Ok(cycle)
     }
 
-    /// Whether the ram of `circuit` can go everywhere.
+    /// Checks that the ram of `circuit` can reach every point.
     ///
     /// # Errors
     /// [`LoadCycleError::Travel`].
@@ -127,8 +128,8 @@ impl LoadCycle {
         }
     }
 
-    /// What an ideal 4-way proportional valve, without lag and leakage, would take for the motion of the reference, J: the highest
-    /// level's pressure for each volume into a chamber, less the lowest one's for that out of the other.
+    /// The energy that an ideal 4-way proportional valve, without lag and leakage, would need for the motion of the reference, J: the
+    /// highest level's pressure for each volume into a chamber, minus the lowest one's for the volume out of the other.
     #[must_use]
     pub fn proportional(&self, circuit: &Circuit) -> f64 {
         let ways = self.points.windows(2);
@@ -192,37 +193,38 @@ impl LoadCycle {
     }
 }
 
-/// How a circuit followed a load cycle.
+/// The results of a circuit that follows a load cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figures {
-    /// What the supply gave and the solenoids took, J.
+    /// Energy from the supply plus that of the solenoids, J.
     pub energy: f64,
-    /// Root of the mean square of reference less position, m.
+    /// Root mean square of reference minus position, m.
     pub tracking: f64,
-    /// Whether the ram met a stop: it did not carry its load, or overran.
+    /// Whether the ram reached a stop, because it could not carry its load or overshot.
     pub met_stop: bool,
-    /// The largest of it, m.
+    /// The largest position error, m.
     pub largest_error: f64,
     /// The highest pressure in a chamber, gauge, Pa.
     pub peak_pressure: f64,
-    /// The lowest, gauge, Pa.
+    /// The lowest pressure in a chamber, gauge, Pa.
     pub lowest_pressure: f64,
     /// The highest and the lowest pressure at the valves' end of a line ([`Simulation::line_peaks`](crate::Simulation::line_peaks)),
     /// gauge, Pa; `None` without lines.
     pub line_pressures: Option<(f64, f64)>,
-    /// Switchings of all valves in an hour, opening and closing counted apart.
+    /// Switchings of all valves per hour, opening and closing counted separately.
     pub switchings: f64,
-    /// Until the valve that switches most has reached its rated life, h.
+    /// Time until the valve that switches most has reached its rated life, h.
     pub life: f64,
     /// The ledger at the end.
     pub ledger: Ledger,
-    /// Steps of the integration.
+    /// Number of integration steps.
     pub steps: u64,
-    /// Whether the motion could not be solved ([`Simulation::unsolved`](crate::Simulation::unsolved)): the other numbers then mean nothing.
+    /// Whether the motion could not be solved ([`Simulation::unsolved`](crate::Simulation::unsolved)): the other numbers are then
+    /// meaningless.
     pub unsolved: bool,
 }
 
-/// Follows `cycle` once, from rest at its begin, and tells `trace` the time and `[x, v, p_A, p_B]` four times a sampling period.
+/// Follows `cycle` once, from rest at its beginning, and passes the time and `[x, v, p_A, p_B]` to `trace` four times a sampling period.
 #[must_use]
 pub fn run(
     circuit: &Arc<Circuit>,

@@ -5,12 +5,12 @@
 //! dp_A/dt = B(p_A)/(V_A + A_A x) (Q_A - A_A v),   dp_B/dt = B(p_B)/(V_B - A_B x) (Q_B + A_B v)
 //! Q = sum of K_e root(p_level - p), less or plus what leaks past the piston
 //! ```
-//! Between two events the right side is smooth, and DOP853 integrates it with error control. Events are: a valve opens or closes,
-//! the ram halts, breaks away, meets a stop or leaves it. Each but the first is the zero of a margin, located to the last bits by
-//! steps of other lengths from the same start. The work of each part is integrated beside the motion. Behind lines ([`crate::line`])
-//! a step is at most a round trip long, and ends where a jump of a wave arrives.
+//! Between two events the right-hand side is smooth, and DOP853 integrates it with error control. Events are: a valve opens or closes, the
+//! ram halts, breaks away, reaches a stop or leaves it. Each except the first is the zero of a margin, located to the last bits by steps of
+//! other lengths from the same start. The work of each part is integrated together with the motion. With lines ([`crate::line`]) a step is
+//! at most a round trip long, and ends where a jump of a wave arrives.
 //!
-//! Steps depend on events and commands only, not on when somebody looks.
+//! Steps depend on events and commands only, not on when results are read.
 
 mod plan;
 mod rates;
@@ -25,27 +25,26 @@ use crate::circuit::{Circuit, MOST_EDGES};
 use crate::ledger::Ledger;
 use crate::line::{AtValves, LineStep, NODES, Waves};
 
-/// Where the volume and the loss of each edge stand.
+/// The index of the first edge's volume and loss.
 const FIRST_EDGE: usize = 12;
-/// Position, speed, pressures of A and B; then integrals: compression, what of it was put in, viscous work, work on the
-/// load's force, work of the stops' damping, of the seal; the air's volume in A and B as a share of the oil's; then volume and loss of
-/// each edge.
+/// Position, speed, pressures of A and B; then integrals: net compression, compression work, viscous work, work on the load's force, work
+/// of the stops' damping, work of the seal; the air's volume in A and B as a share of the oil's; then volume and loss of each edge.
 const STATES: usize = FIRST_EDGE + 2 * MOST_EDGES;
 
 /// The smallest jump of a line's wave at which a step ends, as a multiple of a step's largest error.
 const JUMP: f64 = 1.0;
-/// A step this short is taken whatever its error, s; with so many of them and of events in a cycle its motion counts as unsolved.
+/// A step this short is accepted whatever its error, s. With many such steps and events in a cycle the motion counts as unsolved.
 const SHORTEST: f64 = 1e-9;
 const MOST_FORCED: u32 = 100_000;
 
-/// What holds the ram.
+/// The state of the ram's contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mode {
-    /// It slides to this side, +1 or -1.
+    /// Sliding in this direction, +1 or -1.
     Sliding(f64),
-    /// Friction holds it.
+    /// Held by friction.
     Stuck,
-    /// It lies on the rigid stop of this side.
+    /// Resting on the rigid stop of this side.
     AtStop(f64),
 }
 
@@ -59,10 +58,10 @@ enum Event {
     ContactOff(f64),
 }
 
-/// A valve that will be open or closed.
+/// A future opening or closing of a valve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Transition {
-    /// s from the begin of the cycle.
+    /// s from the beginning of the cycle.
     time: f64,
     edge: usize,
     valve: usize,
@@ -74,21 +73,21 @@ struct Transition {
 struct Stretch {
     end: f64,
     after: [f64; STATES],
-    /// Of p_A and p_B at begin and end, Pa/s.
+    /// Of p_A and p_B at beginning and end, Pa/s.
     slopes: [[f64; 2]; 2],
     event: Option<Event>,
 }
 
-/// A force against positive motion, N, that grows linearly over a cycle.
+/// A force against positive motion, N, that changes linearly over a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Force {
-    /// N at the begin of the cycle.
+    /// N at the beginning of the cycle.
     pub begin: f64,
     /// N/s
     pub rate: f64,
 }
 
-/// What has come of the motion so far.
+/// Totals of the motion so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Totals {
     /// The way, m.
@@ -96,9 +95,9 @@ struct Totals {
     /// The energy of an ideal proportional valve for it, J.
     proportional: f64,
     met_stop: bool,
-    /// Kinetic energy that rigid stops took, J.
+    /// Kinetic energy absorbed by rigid stops, J.
     impacts: f64,
-    /// What was stored at the start, J.
+    /// Stored energy at the start, J.
     first: f64,
     /// Of the chambers' pressures, gauge, Pa.
     highest: f64,
@@ -106,7 +105,7 @@ struct Totals {
     steps: u64,
 }
 
-/// Ram, oil and valves. Cloning it clones its whole future.
+/// Ram, oil and valves. A clone has exactly the same future.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Simulation {
     circuit: Arc<Circuit>,
@@ -114,11 +113,11 @@ pub struct Simulation {
     accuracy: f64,
     scales: [f64; STATES],
     longest: f64,
-    /// s from the begin of the cycle.
+    /// s from the beginning of the cycle.
     time: f64,
     row: [f64; STATES],
     mode: Mode,
-    /// The elastic stop that the ram is in.
+    /// The elastic stop in contact with the ram.
     contact: Option<f64>,
     force: Force,
     open: [u32; MOST_EDGES],
@@ -126,21 +125,22 @@ pub struct Simulation {
     k: [f64; MOST_EDGES],
     pending: Vec<Transition>,
     stretch: Option<Stretch>,
-    /// Of the levels that have one.
+    /// One for each level with a line.
     lines: Vec<Waves>,
-    /// What happens at the valves of lines over the stretch.
+    /// The quantities at the valves of lines over the stretch.
     line_steps: Vec<(usize, LineStep)>,
     step: f64,
     random: Pcg64,
     switchings: Vec<u32>,
     totals: Totals,
-    /// Steps in the present cycle that were taken although their error was too large, and events.
+    /// Number of steps in the present cycle that were accepted despite too large an error, and of events.
     forced: u32,
     unsolved: bool,
 }
 
 impl Simulation {
-    /// At rest at `position`, m, all valves closed; A at the pressure that carries the load with B at half the highest level.
+    /// A simulation at rest at `position`, m, with all valves closed. B has half the highest level's pressure, and A the pressure that
+    /// carries the load.
     #[must_use]
     pub fn new(circuit: Arc<Circuit>, accuracy: f64, position: f64, force: f64, seed: u64) -> Self {
         let c = &*circuit;
@@ -224,37 +224,37 @@ impl Simulation {
         &self.circuit
     }
 
-    /// The valves that are commanded open, of each edge.
+    /// The valves commanded open, for each edge.
     #[must_use]
     pub fn commanded(&self) -> &[u32; MOST_EDGES] {
         &self.commanded
     }
 
-    /// Switchings commanded, of all valves, opening and closing counted apart.
+    /// Number of commanded switchings of all valves, opening and closing counted separately.
     #[must_use]
     pub fn total_switchings(&self) -> u64 {
         self.switchings.iter().map(|count| u64::from(*count)).sum()
     }
 
-    /// Switchings commanded of one valve.
+    /// Number of commanded switchings of one valve.
     pub(crate) fn switchings(&self, edge: usize, valve: usize) -> u32 {
         self.switchings[edge * crate::circuit::MOST_VALVES + valve]
     }
 
-    /// Switchings of the valve that has most.
+    /// Number of switchings of the valve with the most.
     #[must_use]
     pub fn most_switchings(&self) -> u32 {
         self.switchings.iter().copied().max().unwrap_or(0)
     }
 
-    /// The highest and the lowest pressure that a chamber has had, gauge, Pa.
+    /// The highest and the lowest pressure in a chamber so far, gauge, Pa.
     #[must_use]
     pub fn peaks(&self) -> (f64, f64) {
         (self.totals.highest, self.totals.lowest)
     }
 
-    /// The highest and the lowest pressure at the valves' end of a line, gauge, Pa; `None` without lines. Each step of the
-    /// integration is looked at in nine places. Below [`-ATMOSPHERE`](crate::ATMOSPHERE) oil would boil, which a line of this kind does not.
+    /// The highest and the lowest pressure at the valves' end of a line, gauge, Pa; `None` without lines. Each step of the integration is
+    /// checked at nine points. Below [`-ATMOSPHERE`](crate::ATMOSPHERE) real oil would boil, which this model of a line does not include.
     #[must_use]
     pub fn line_peaks(&self) -> Option<(f64, f64)> {
         let lines = self.lines_at(self.time);
@@ -265,33 +265,35 @@ impl Simulation {
         of.reduce(|one, other| (one.0.max(other.0), one.1.min(other.1)))
     }
 
-    /// Whether the ram has met a stop since the start.
+    /// Whether the ram has reached a stop since the start.
     #[must_use]
     pub fn met_stop(&self) -> bool {
         self.totals.met_stop
     }
 
-    /// What an ideal 4-way proportional valve, without lag and leakage, would take for the same motion up to `time`, up to which it has been advanced, J: the
-    /// highest level's pressure for each volume into a chamber, less the lowest one's for that out of the other.
+    /// The energy that an ideal 4-way proportional valve, without lag and leakage, would need for the same motion up to `time`, to which
+    /// the simulation has been advanced, J: the highest level's pressure for each volume into a chamber, minus the lowest one's for the
+    /// volume out of the other.
     #[must_use]
     pub fn proportional(&self, time: f64) -> f64 {
         let moved = self.row_at(time)[0] - self.row[0];
         self.totals.proportional + self.circuit.proportional(moved)
     }
 
-    /// Whether the motion could not be solved: it is no longer finite, or has no end of steps shorter than a nanosecond or of events in a cycle.
+    /// Whether the motion could not be solved: it is no longer finite, or a cycle has endlessly many events or steps shorter than a
+    /// nanosecond.
     #[must_use]
     pub fn unsolved(&self) -> bool {
         self.unsolved
     }
 
-    /// Whether the ram lies on a stop or presses into one.
+    /// Whether the ram rests on a stop or presses into one.
     #[must_use]
     pub fn at_stop(&self) -> bool {
         matches!(self.mode, Mode::AtStop(_)) || self.contact.is_some()
     }
 
-    /// Net volume that the levels gave up to `time`, up to which it has been advanced, m^3.
+    /// Net volume from the levels up to `time`, to which the simulation has been advanced, m^3.
     #[must_use]
     pub fn volume(&self, time: f64) -> f64 {
         let row = self.row_at(time);
@@ -310,13 +312,13 @@ impl Simulation {
         self.totals.steps
     }
 
-    /// What holds the ram.
+    /// The state of the ram's contact.
     #[must_use]
     pub fn mode(&self) -> Mode {
         self.mode
     }
 
-    /// Position m, speed m/s, p_A and p_B gauge Pa at `time`, up to which it has been advanced.
+    /// Position m, speed m/s, p_A and p_B gauge Pa at `time`, to which the simulation has been advanced.
     #[must_use]
     pub fn at(&self, time: f64) -> [f64; 4] {
         let [x, v, a, b, ..] = self.row_at(time);
@@ -331,8 +333,8 @@ impl Simulation {
         }
     }
 
-    /// Commands the valves of each edge at `time` in the cycle: bit i opens valve i. A valve moves after its delay; a command that
-    /// is taken back before the valve has moved moves nothing.
+    /// Commands the valves of each edge at `time` in the cycle: bit i opens valve i. A valve moves after its delay; if a command is
+    /// withdrawn before that, nothing moves.
     pub fn command(&mut self, time: f64, masks: &[u32; MOST_EDGES]) {
         let circuit = Arc::clone(&self.circuit);
         for (edge, mask) in masks.iter().enumerate().take(circuit.edges.len()) {
@@ -384,7 +386,7 @@ impl Simulation {
         }
     }
 
-    /// A force on the load that jumps at `time`, up to which it has been advanced, and then holds, N.
+    /// Changes the force on the load, N, stepwise at `time`, to which the simulation has been advanced; the force then stays constant.
     pub fn push(&mut self, time: f64, force: f64) {
         let force = Force {
             begin: force,
@@ -414,7 +416,7 @@ impl Simulation {
         }
     }
 
-    /// Begins a new cycle where the present one, `period` s long, ends; it has been advanced to there.
+    /// Begins a new cycle at the end of the present one, which is `period` s long and has been completed.
     pub fn next_cycle(&mut self, period: f64) {
         self.advance(period, period);
         self.time = 0.0;
@@ -432,7 +434,7 @@ impl Simulation {
         };
     }
 
-    /// Runs up to `time` in the cycle that is `period` s long. Going back has no effect.
+    /// Advances to `time` in the cycle, which is `period` s long. An earlier time has no effect.
     pub fn advance(&mut self, time: f64, period: f64) {
         while !self.unsolved {
             while self
@@ -476,13 +478,13 @@ impl Simulation {
         }
     }
 
-    /// The ledger at `time`, up to which it has been advanced.
+    /// The ledger at `time`, to which the simulation has been advanced.
     #[must_use]
     pub fn ledger(&self, time: f64) -> Ledger {
         self.ledger_of(&self.row_at(time), &self.lines_at(time))
     }
 
-    /// The ledger where the states are `row`, within the stretch that begins here.
+    /// The ledger for the states `row`, within the stretch that begins here.
     fn ledger_of(&self, row: &[f64; STATES], lines: &[Waves]) -> Ledger {
         let c = &*self.circuit;
         let mut ledger = Ledger {
@@ -517,7 +519,7 @@ impl Simulation {
         ledger
     }
 
-    /// The lines at `time`, up to which it has been advanced.
+    /// The lines at `time`, to which the simulation has been advanced.
     fn lines_at(&self, time: f64) -> Vec<Waves> {
         let mut lines = self.lines.clone();
         for line in &mut lines {
@@ -530,13 +532,13 @@ impl Simulation {
         lines
     }
 
-    /// What happens at the valves of each line, where some are open, over a step of length `h` from here.
+    /// The quantities at the valves of each line with open valves, over a step of length `h` from here.
     fn line_steps(&self, h: f64) -> Vec<(usize, LineStep)> {
         self.dense(h)
             .map_or_else(Vec::new, |dense| self.line_steps_along(h, &dense))
     }
 
-    /// A step of length `h` from here and what is between, where valves of lines are open.
+    /// A step of length `h` from here with interpolation, if valves of lines are open.
     fn dense(&self, h: f64) -> Option<DormandPrinceDense<STATES>> {
         if h <= 0.0 || !self.lines.iter().any(Waves::is_open) {
             return None;
@@ -573,7 +575,7 @@ impl Simulation {
         line.at_valves(time, chambers, self.circuit.valves.transition)
     }
 
-    /// Kinetic energy and that of springs and weight, J.
+    /// Kinetic energy plus that of springs and weight, J.
     fn stored(&self, row: &[f64; STATES]) -> f64 {
         let load = &self.circuit.load;
         let [x, v, ..] = *row;
@@ -633,7 +635,7 @@ impl Simulation {
         }
     }
 
-    /// What holds a ram that has come to rest.
+    /// The contact state of a ram that has come to rest.
     fn at_rest(&self) -> Mode {
         let net = self.net(self.time, &self.row);
         let held = self.circuit.break_away();

@@ -1,10 +1,10 @@
-//! How one dive-plane angle is shared between the bow and the stern planes.
+//! Distribution of one dive-plane angle to the bow and the stern planes.
 //!
-//! The report's planes acted together; "only forward or aft dive planes, or unequal coupling" are left to
-//! future designs (Brunner, NPS thesis, 1988, p. 8). The planes that do most get the angle asked for, the others a
-//! share of it, so a limit on the angle is a limit on both.
+//! The report's planes moved together; "only forward or aft dive planes, or unequal coupling" are left to future designs (Brunner, NPS
+//! thesis, 1988, p. 8). The planes with the larger share get the whole commanded angle, the others a part of it, so a limit on the angle
+//! limits both.
 
-/// The planes that dive.
+/// The planes used for diving.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum DivePlanes {
     /// Bow and stern planes by the same angle.
@@ -13,23 +13,23 @@ pub enum DivePlanes {
     Bow,
     /// The stern planes alone.
     Stern,
-    /// Both, in a ratio.
+    /// Both, in a given ratio.
     Ratio,
 }
 
-/// Which share of the dive-plane angle each pair of planes takes, in \[0, 1\].
+/// The share of the dive-plane angle of each pair of planes, in \[0, 1\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Allocation {
     bow: f64,
     stern: f64,
 }
 
-/// One angle for both pairs, as a plane command carries it.
+/// The angles of both pairs, as in a plane command.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Shared {
     /// Mean of bow and stern planes, rad, positive dive.
     pub mean: f64,
-    /// Added to the bow and taken from the stern planes, rad.
+    /// Added to the bow planes and subtracted from the stern planes, rad.
     pub differential: f64,
 }
 
@@ -55,7 +55,7 @@ impl Allocation {
         Self { bow, stern }
     }
 
-    /// The angle `planes` (rad, positive dive) shared out.
+    /// Distributes the angle `planes` (rad, positive dive).
     #[must_use]
     pub(crate) fn share(&self, planes: f64) -> Shared {
         Shared {

@@ -1,13 +1,11 @@
-//! The roll and the heading regulator: proportional with rate feedback (Brunner, NPS thesis, 1988,
-//! ch. II.C and II.D, Fig. 19).
+//! The roll and the heading regulator: proportional with rate feedback (Brunner, NPS thesis, 1988, ch. II.C and II.D, Fig. 19).
 //!
 //! ```text
 //! roll:    beta    = Kpx (phi_c - phi) - Kdx p      bow planes, differentially; phi_c = 0
 //! heading:  delta_r = Kpy (psi_c - psi) - Kdy r      rudder
 //! ```
-//! The report differentiates the error; with a setpoint that stands still that is the rate fed back, which
-//! it names as the other way (p. 28), and which makes no impulse of a new heading.
-//! Kpx = 10 and Kdx = 10 s give the natural frequency 2.24 rad/s, not the 5.0 printed (erratum E5).
+//! The report differentiates the error. For a constant setpoint that equals feeding back the rate, the alternative on p. 28, which causes
+//! no impulse at a new heading. Kpx = 10 and Kdx = 10 s give the natural frequency 2.24 rad/s, not the 5.0 printed (erratum E5).
 
 use crate::limits::{Limit, bounded};
 
@@ -23,7 +21,7 @@ pub(crate) struct AngleLoop {
 }
 
 impl AngleLoop {
-    /// The plane angle (rad) for an error (rad) and the angle's rate (rad/s), behind the limit.
+    /// The plane angle (rad) for an error (rad) and the angle's rate (rad/s), after the limit.
     #[must_use]
     pub(crate) fn evaluate(&self, error: f64, rate: f64) -> f64 {
         let command = bounded(self.p * error) - bounded(self.rate * rate);
@@ -31,7 +29,7 @@ impl AngleLoop {
     }
 }
 
-/// The way from `from` to `to` (rad) that is at most half a turn.
+/// The shorter rotation from `from` to `to` (rad), at most half a turn.
 #[must_use]
 pub(crate) fn short_way(from: f64, to: f64) -> f64 {
     use std::f64::consts::{PI, TAU};

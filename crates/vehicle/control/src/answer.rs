@@ -1,4 +1,4 @@
-//! The controller's answer as messages: the one place where [`ControlState`] is filled.
+//! The controller's answer as messages: the only place that fills [`ControlState`].
 
 use planesman_msgs::planesman_msgs::msg::{ControlState, PlaneCommand};
 use planesman_msgs::std_msgs::msg::Header;
@@ -11,21 +11,21 @@ use crate::loops::{DepthSource, LoopTerms};
 /// The answer to a state.
 pub type Answer = (PlaneCommand, ControlState);
 
-/// Feedback and gains behind the commands of a tick.
+/// The feedback and the gains of a tick's commands.
 pub(crate) struct Basis {
-    /// The depth rate fed back, m/s.
+    /// The depth rate used for feedback, m/s.
     pub depth_rate: f64,
     /// The source of the feedback.
     pub source: Source,
-    /// A reading for the stamp did not come.
+    /// Whether a reading for the stamp did not come.
     pub instruments_missing: bool,
-    /// The gains in force.
+    /// The current gains.
     pub gains: Gains,
-    /// An identified model acts on them.
+    /// Whether they come from an identified model.
     pub adapted: bool,
 }
 
-/// The commands, and everything that led to them; `basis` is `None` without feedback.
+/// The commands with all intermediate terms; `basis` is `None` without feedback.
 pub(crate) fn answer(
     header: Header,
     mode: Mode,
@@ -112,7 +112,7 @@ pub(crate) fn answer(
     (command, control)
 }
 
-/// A source's constant in `ControlState` and `MotionEstimate`.
+/// The constant for a source in `ControlState` and `MotionEstimate`.
 pub(crate) fn feedback_constant(source: Source) -> u8 {
     match source {
         Source::Truth => ControlState::FEEDBACK_TRUTH,

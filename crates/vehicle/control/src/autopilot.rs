@@ -1,21 +1,18 @@
-//! The dive autopilot as built: the report's loops with what a sampled, limited, switched controller
-//! needs around them.
+//! The dive autopilot: the report's loops with the additions that a sampled, limited, switched controller needs.
 //!
 //! ```text
 //! depth:  theta_c = -limit(Kpz e_z + I_z + Kdz d),   d = lag(-dz/dt), or lag(d(z_c - z)/dt)
 //! pitch:  law     = -Kpy (theta_c - theta) + I_y + Kr q
 //! planes: delta   = rate limit(limit(law + transfer + test signals))
 //! ```
-//! - The derivative acts on the measurement, as in program T6, or on the error; filtered or not.
-//! - The integrals `I_z`, `I_y`, which the report has none of, are kept from winding up
-//!   ([`crate::integral`]).
-//! - **Bumpless transfer**: when the mode changes, `transfer` begins at what the loops commanded last minus
-//!   what the new law asks for, and fades with its time constant. So at the tick of a change the loops'
-//!   command is the last one to within rounding, wherever the vehicle is, and until the next tick the
-//!   transfer itself moves by no more than its size times `dt / time`. Switching off is at once.
-//! - The pitch integral winds against the plane limit, the depth integral against the pitch limit.
+//! - The derivative acts on the measurement, as in program T6, or on the error; with or without a filter.
+//! - The integrals `I_z`, `I_y`, which the report does not have, are protected from wind-up ([`crate::integral`]).
+//! - **Bumpless transfer**: when the mode changes, `transfer` begins at the loops' last command minus the command of the new law, and
+//!   decays with its time constant. So at the tick of a change the loops' command equals the last one to within rounding, wherever the
+//!   vehicle is; until the next tick the transfer changes by at most its size times `dt / time`. Switching off takes effect at once.
+//! - Anti-windup of the pitch integral uses the plane limit, that of the depth integral the pitch limit.
 //!
-//! With integrals, filter, rate limits and transfer at 0 it is the report's law, to the last bit.
+//! With integrals, filter, rate limits and transfer at 0 it is the report's law, bit for bit.
 
 use crate::depth_loop::{DepthLoop, DepthTerms};
 use crate::feedback::Feedback;
@@ -27,19 +24,19 @@ use crate::pitch_loop::{PitchLoop, PitchTerms};
 /// The loops that are closed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum Mode {
-    /// Nothing: planes, rudder and thrust neutral.
+    /// None: planes, rudder and thrust are neutral.
     Off,
-    /// Nothing by the planes: they follow the test signals.
+    /// None for the planes: they follow the test signals.
     OpenLoop,
     /// Pitch.
     Pitch,
     /// Depth.
     Depth,
-    /// Nothing by the planes: the thrusters hold place, depth and heading.
+    /// None for the planes: the thrusters hold place, depth and heading.
     Hover,
 }
 
-/// The gains in force at a tick: fixed, or from whatever follows the vehicle.
+/// The gains at a tick: fixed, or from a source that follows the vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Gains {
     /// The outer loop.
@@ -52,25 +49,25 @@ pub(crate) struct Gains {
     pub pitch_i: f64,
 }
 
-/// The signal of the depth loop's derivative.
+/// The signal for the depth loop's derivative.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum Derivative {
-    /// The depth: a step of the setpoint makes no impulse.
+    /// The depth: a step of the setpoint causes no impulse.
     Measurement,
     /// The error.
     Error,
 }
 
-/// Everything about the dive autopilot but its gains.
+/// All settings of the dive autopilot except its gains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DiveRules {
     /// The signal of the derivative.
     pub derivative: Derivative,
     /// Time constant of the derivative's filter, s; 0 for none.
     pub derivative_filter: f64,
-    /// The largest integral share of the dive angle, rad.
+    /// The largest integral term of the dive angle, rad.
     pub depth_i_limit: Limit,
-    /// The largest integral share of the planes, rad.
+    /// The largest integral term of the planes, rad.
     pub pitch_i_limit: Limit,
     /// The anti-windup strategy.
     pub anti_windup: AntiWindup,
@@ -95,22 +92,22 @@ pub(crate) struct DiveSetpoints {
     pub signal: f64,
 }
 
-/// The command of the dive planes, and every term that led to it; the terms of a loop that is open are 0.
+/// The command of the dive planes, and every term that led to it; the terms of an open loop are 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct DiveTerms {
     /// The outer loop.
     pub depth: DepthTerms,
     /// `I_z`, rad, bow down positive.
     pub depth_i: f64,
-    /// `theta_c`, rad, bow up positive, behind its limit.
+    /// `theta_c`, rad, bow up positive, after its limit.
     pub pitch_command: Limited,
     /// The inner loop.
     pub pitch: PitchTerms,
     /// `I_y`, rad of plane, dive positive.
     pub pitch_i: f64,
-    /// What is left of the step that a change of mode would have made, rad of plane.
+    /// The remainder of the step that a change of mode would have caused, rad of plane.
     pub transfer: f64,
-    /// `delta`, rad, dive positive, behind limit and rate limit; and whether either holds it.
+    /// `delta`, rad, dive positive, after limit and rate limit, and whether either of them acts.
     pub planes: Limited,
 }
 
@@ -124,17 +121,16 @@ pub(crate) struct Autopilot {
     depth_derivative: Lag,
     depth_integral: Integral,
     pitch_integral: Integral,
-    /// The remainder of the step that a change of mode would have made, rad.
+    /// The remainder of the step that a change of mode would have caused, rad.
     transfer: f64,
-    /// The command of the loops at the last tick, without test signals, rad.
+    /// The loops' command at the last tick, without test signals, rad.
     loops: f64,
-    /// The planes' angle commanded at the last tick, rad.
+    /// The commanded plane angle at the last tick, rad.
     planes: f64,
 }
 
 impl Autopilot {
-    /// Takes note that the planes have been put to neutral: the loops come back from there without a
-    /// bump, with nothing left in their integrals.
+    /// Records that the planes have been set to neutral: the loops start from there without a bump, with empty integrals.
     pub(crate) fn neutralised(&mut self) {
         *self = Self {
             mode: Some(Mode::Off),
@@ -142,7 +138,7 @@ impl Autopilot {
         };
     }
 
-    /// Whether this tick's mode is another one than the last tick's.
+    /// Whether this tick's mode differs from the last tick's.
     #[must_use]
     pub(crate) fn changes_to(&self, mode: Mode) -> bool {
         self.mode != Some(mode)
@@ -220,7 +216,7 @@ impl Autopilot {
         terms
     }
 
-    /// `-d`: the rate of the depth, or of the depth less its setpoint, behind the filter, m/s.
+    /// `-d`: the filtered rate of the depth, or of the depth minus its setpoint, m/s.
     fn depth_derivative(&mut self, rules: &DiveRules, setpoint: f64, rate: f64, dt: f64) -> f64 {
         let setpoint_rate = match (rules.derivative, self.depth_setpoint.replace(setpoint)) {
             (Derivative::Error, Some(last)) if dt > 0.0 => bounded((setpoint - last) / dt),

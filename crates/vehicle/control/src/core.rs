@@ -1,19 +1,17 @@
-//! The controller: a vehicle state in, the plane command for the same stamp out.
+//! The controller: takes a vehicle state, returns the plane command for the same stamp.
 //!
-//! **Time** is the states' own: elapsed time and distance run from the first state. A state
-//! with the last stamp again gets the last answer again; one with an earlier stamp, or of a vehicle that was reset
-//! (`PLANES_RESET`), begins a new run, with the elapsed time at zero, nothing in the loops, and the topics' setpoints
-//! forgotten.
+//! **Time** comes from the states: elapsed time and distance start at the first state. A repeated stamp gets the last answer again. An
+//! earlier stamp, or a vehicle that was reset (`PLANES_RESET`), begins a new run, with the elapsed time at zero, cleared loops, and the
+//! topics' setpoints forgotten.
 //!
-//! **Depth setpoint**: the last command counts. The schedule is followed from its first entry
-//! on, the parameter `depth_setpoint` before it. A setpoint from the topic, or a live
-//! change of the parameter, overrides the schedule from then on; a live change of the
-//! schedule puts the schedule in charge again. With `setpoint_timeout` a setpoint from a topic expires.
+//! **Depth setpoint**: the last command applies. Before the schedule's first entry this is the parameter `depth_setpoint`, then the
+//! schedule. A setpoint from the topic, or a live change of the parameter, then overrides the schedule; a live change of the schedule
+//! restores it. With `setpoint_timeout` a setpoint from a topic expires.
 //!
 //! **Feedback** is the true state, or an [`Estimator`]'s estimate from the instruments, which must be received before
 //! the state of their stamp is answered. **Gains** are the parameters', or follow the vehicle ([`Follower`]).
 //!
-//! A number that is not finite, and a setpoint that the parameter of its name would not take, is rejected and changes nothing.
+//! A number that is not finite, and a setpoint outside the range of the parameter of its name, is rejected and changes nothing.
 
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
@@ -39,10 +37,10 @@ use crate::parameters::{Config, ControllerParameters};
 use crate::safety::Safety;
 use crate::setpoint::Quantity;
 
-/// The frame the commands are given in: forward, right, down.
+/// The frame of the commands: forward, right, down.
 const FRAME: &str = "base_link_frd";
 
-/// The frame that depth and pitch are estimated in: forward, starboard, down from the surface.
+/// The frame of the estimated depth and pitch: forward, starboard, down from the surface.
 const ESTIMATE_FRAME: &str = "map_ned";
 
 /// The autopilots with their setpoints.
@@ -52,22 +50,22 @@ pub struct Controller {
     loops: Loops,
     estimator: Estimator,
     follower: Follower,
-    /// The estimate behind the last answer; `None` for the true state.
+    /// The estimate used for the last answer; `None` for the true state.
     estimate: Option<MotionEstimate>,
-    /// The thrusters' commands of the last answer; `None` where the parameters name no vehicle that has them.
+    /// The thrusters' commands of the last answer; `None` if the parameters name no vehicle with thrusters.
     thrusters: Option<ThrusterCommand>,
     safety: Safety,
-    /// The last feedback; `None` before the first, and in silence.
+    /// The last feedback; `None` before the first, and during silence.
     feedback: Option<Feedback>,
     manoeuvre: Option<Underway>,
-    /// How the last manoeuvre ended, until it is asked for: completed, or why not.
+    /// How the last manoeuvre ended, until it is read: completed, or why not.
     manoeuvre_end: Option<Result<(), Error>>,
     run: Option<Run>,
     /// Lines for the log.
     changes: Vec<String>,
 }
 
-/// A run: from the first state on, until the stamps go back.
+/// A run: from the first state until the stamps go back.
 #[derive(Clone, Debug)]
 struct Run {
     /// The first state's stamp, ns.
@@ -77,7 +75,7 @@ struct Run {
     /// The last state's stamp, ns, and the answer to it.
     last: i64,
     answer: Answer,
-    /// Whether states have been missing since, and everything is neutral.
+    /// Whether states have been missing since, so that everything is neutral.
     silent: bool,
 }
 
@@ -103,10 +101,10 @@ impl Controller {
         })
     }
 
-    /// Takes changed parameters, whole or not at all; they take effect at the next stamp.
+    /// Applies changed parameters, all or none; they take effect at the next stamp.
     ///
     /// # Errors
-    /// [`Error::Parameters`]; the present parameters then stay.
+    /// [`Error::Parameters`]; then the present parameters stay.
     pub fn set_parameters(&mut self, parameters: &ControllerParameters) -> Result<(), Error> {
         let new = Config::new(parameters)?;
         let old = std::mem::replace(&mut self.config, new);
@@ -136,10 +134,10 @@ impl Controller {
         Ok(())
     }
 
-    /// Begins a manoeuvre at the next stamp, in place of one under way.
+    /// Begins a manoeuvre at the next stamp, replacing a running one.
     ///
     /// # Errors
-    /// [`Error::SwitchedOff`], [`Error::FaultStands`], [`Error::Manoeuvre`]; one under way then goes on.
+    /// [`Error::SwitchedOff`], [`Error::FaultStands`], [`Error::Manoeuvre`]; then a running one continues.
     pub fn begin_manoeuvre(&mut self, goal: &ManoeuvreGoal) -> Result<(), Error> {
         if self.config.parameters.mode == Mode::Off {
             return Err(Error::SwitchedOff);
@@ -153,13 +151,13 @@ impl Controller {
         Ok(())
     }
 
-    /// The fault that stands.
+    /// The latched fault.
     #[must_use]
     pub fn fault(&self) -> Option<Fault> {
         self.safety.fault()
     }
 
-    /// Takes the fault back; the loops take up the next state without a bump.
+    /// Resets the fault; the loops continue with the next state without a bump.
     ///
     /// # Errors
     /// [`Error::NoFault`], [`Error::StillFaulty`], [`Error::StillSilent`].
@@ -171,7 +169,7 @@ impl Controller {
             .reset(&self.config.parameters.safety, self.feedback.as_ref())
     }
 
-    /// Takes note of a fault.
+    /// Latches a fault.
     fn fail(&mut self, fault: Fault) {
         if self.safety.latch(fault) {
             let text = format!("fault: {}", fault.text());
@@ -180,7 +178,7 @@ impl Controller {
         }
     }
 
-    /// Ends the manoeuvre under way, if there is one.
+    /// Ends the running manoeuvre, if there is one.
     pub fn stop_manoeuvre(&mut self) {
         self.manoeuvre = None;
     }
@@ -191,23 +189,23 @@ impl Controller {
         self.manoeuvre.as_ref().map(|underway| underway.progress)
     }
 
-    /// How the manoeuvre ended, once it has of itself: completed, or broken off and why.
+    /// How the manoeuvre ended by itself: completed, or aborted with the reason.
     pub fn manoeuvre_end(&mut self) -> Option<Result<(), Error>> {
         self.manoeuvre_end.take()
     }
 
-    /// Ends the manoeuvre under way for a reason that lies outside it.
+    /// Ends the running manoeuvre for an external reason.
     fn break_off(&mut self, reason: &str) {
         if self.manoeuvre.take().is_some() {
             self.manoeuvre_end = Some(Err(Error::BrokenOff(reason.to_owned())));
         }
     }
 
-    /// Takes a setpoint from the operator, from the next stamp on, and returns it within the bounds in force. What the
-    /// parameter `NAME_setpoint` would not take is not taken here.
+    /// Takes a setpoint from the operator, from the next stamp on, and returns it limited to its bounds. A value outside the range of the
+    /// parameter `NAME_setpoint` is refused.
     ///
     /// # Errors
-    /// [`Error::Setpoint`]; the last setpoint then stays.
+    /// [`Error::Setpoint`]; then the last setpoint stays.
     pub fn set_setpoint(&mut self, quantity: Quantity, value: f64) -> Result<f64, Error> {
         let name = quantity.name();
         let parameter = format!("{name}_setpoint");
@@ -228,21 +226,21 @@ impl Controller {
         })
     }
 
-    /// The silence of the state, s, after which the node calls [`Controller::on_silence`].
+    /// The time without a state, s, after which the node calls [`Controller::on_silence`].
     #[must_use]
     pub fn state_timeout(&self) -> f64 {
         self.config.parameters.state_timeout
     }
 
-    /// The lines for the log since the last call.
+    /// The log lines since the last call.
     pub fn take_changes(&mut self) -> Vec<String> {
         std::mem::take(&mut self.changes)
     }
 
-    /// The plane command that answers `state`, and everything that led to it.
+    /// The plane command for `state`, and every intermediate term.
     ///
     /// # Errors
-    /// [`Error::State`]; nothing changes then.
+    /// [`Error::State`]; then nothing changes.
     pub fn on_state(&mut self, state: &VehicleState) -> Result<Answer, Error> {
         if let Some(field) = state.first_non_finite() {
             return Err(Error::State(field.to_string()));
@@ -283,10 +281,10 @@ impl Controller {
         Ok(answer)
     }
 
-    /// The answer at the time `now` when no state has come for [`Controller::state_timeout`]:
-    /// everything neutral, flagged. The run goes on with the next state.
+    /// The answer at the time `now`, after no state has come for [`Controller::state_timeout`]: everything neutral, flagged. The run
+    /// continues with the next state.
     ///
-    /// Its stamp is 1 ns after the last state's: a state that is only late will still be answered in the order of the stamps.
+    /// Its stamp is 1 ns after the last state's, so that a state that is only late can still be answered in the order of the stamps.
     #[must_use]
     pub fn on_silence(&mut self, now: Time) -> Answer {
         self.break_off("no vehicle state");
@@ -304,7 +302,7 @@ impl Controller {
         self.neutral(stamp)
     }
 
-    /// Everything neutral for want of feedback.
+    /// Sets everything neutral because feedback is missing.
     fn neutral(&mut self, stamp: Time) -> Answer {
         self.loops.neutralised();
         self.message(stamp, None, &LoopTerms::default())
@@ -343,7 +341,7 @@ impl Controller {
         self.follower.on_model(model);
     }
 
-    /// Whether the loops use the instruments rather than the true state.
+    /// Whether the loops use the instruments instead of the true state.
     #[must_use]
     pub fn reads_instruments(&self) -> bool {
         self.config.feedback.source != Source::Truth
@@ -355,13 +353,13 @@ impl Controller {
         self.config.following.source == gains::Source::Adaptive
     }
 
-    /// Whether every instrument has been received that the answer to a state of this stamp needs.
+    /// Whether all instruments needed for the answer to this stamp have been received.
     #[must_use]
     pub fn ready_for(&self, stamp: &Time) -> bool {
         self.estimator.ready(stamp.nanos(), &self.config.feedback)
     }
 
-    /// The estimate behind the last answer; `None` for the true state.
+    /// The estimate used for the last answer; `None` for the true state.
     #[must_use]
     pub fn estimate(&self) -> Option<&MotionEstimate> {
         self.estimate.as_ref()
@@ -373,13 +371,13 @@ impl Controller {
         self.config.thrusters.is_some()
     }
 
-    /// The thrusters' commands of the last answer; `None` where `hover.vehicle` names no vehicle.
+    /// The thrusters' commands of the last answer; `None` if `hover.vehicle` names no vehicle.
     #[must_use]
     pub fn thrusters(&self) -> Option<&ThrusterCommand> {
         self.thrusters.as_ref()
     }
 
-    /// The gains in force for this feedback at a tick, and whether an identified model acts on them.
+    /// The gains for this feedback at a tick, and whether they come from an identified model.
     fn gains(&mut self, feedback: &Feedback, stamp: i64, dt: f64) -> (Gains, bool) {
         let rules = &self.config.following;
         let (followed, adapted) = self.follower.gains(rules, feedback.speed, stamp, dt);
@@ -422,7 +420,7 @@ impl Controller {
         }
     }
 
-    /// Everything commanded at a tick.
+    /// All commands at a tick.
     fn answer(&mut self, state: &VehicleState, tick: Tick) -> Answer {
         let stamp = &state.header.stamp;
         let rules = &self.config.feedback;
@@ -469,7 +467,7 @@ impl Controller {
         self.message(stamp.clone(), Some(&basis), &terms)
     }
 
-    /// Forgets setpoints from the topics that are too old.
+    /// Forgets setpoints from topics that are too old.
     fn expire_setpoints(&mut self, tick: Tick) {
         let timeout = self.config.parameters.setpoint_timeout;
         for quantity in Quantity::ALL {
@@ -487,7 +485,7 @@ impl Controller {
         }
     }
 
-    /// The offset of the manoeuvre under way on the planes, rad; ends it when it is over.
+    /// The offset of the running manoeuvre on the planes, rad; ends the manoeuvre when it is over.
     fn manoeuvre_offset(&mut self, elapsed: i64) -> f64 {
         let Some(underway) = &mut self.manoeuvre else {
             return 0.0;

@@ -11,11 +11,9 @@
 //! e_z     = z_c - z
 //! theta_c = -(Kpz e_z + Kdz de_z/dt),   |theta_c| <= pitch limit
 //! ```
-//! The derivative acts on the measured depth, `de_z/dt = -dz/dt`: the program's
-//! `DERIV(0, EZ)` starts at zero with the step already made, so a step of the setpoint
-//! gives no impulse. (With the impulse the 5 ft step overshoots by 3.9 %; the thesis reports none.)
-//! The derivative of the error, the filter of either and the integral are computed by
-//! [`crate::autopilot`], which passes them as `rate` and `i`.
+//! The derivative acts on the measured depth, `de_z/dt = -dz/dt`: the program's `DERIV(0, EZ)` starts at zero after the step, so a step of
+//! the setpoint causes no impulse. (With the impulse the 5 ft step overshoots by 3.9 %; the thesis reports none.) [`crate::autopilot`]
+//! computes the derivative of the error, the filter and the integral, and passes them as `rate` and `i`.
 
 use crate::limits::{Limit, Limited, bounded};
 
@@ -24,7 +22,7 @@ use crate::limits::{Limit, Limited, bounded};
 pub struct DepthLoop {
     /// `Kpz`, rad/m: dive angle per metre of depth error.
     pub p: f64,
-    /// `Kdz`, rad·s/m: dive angle per m/s of closing speed taken away.
+    /// `Kdz`, rad·s/m: dive angle per m/s of depth rate, subtracted.
     pub d: f64,
     /// The largest pitch command, rad.
     pub pitch_limit: Limit,
@@ -39,15 +37,15 @@ pub struct DepthTerms {
     pub p: f64,
     /// `Kdz de_z/dt`, rad, bow down positive.
     pub d: f64,
-    /// The dive angle asked for before the limit, rad, bow down positive.
+    /// The commanded dive angle before the limit, rad, bow down positive.
     pub dive_angle: f64,
-    /// `theta_c`, rad, bow up positive, behind the limit.
+    /// `theta_c`, rad, bow up positive, after the limit.
     pub pitch_command: Limited,
 }
 
 impl DepthLoop {
-    /// The pitch command for a depth setpoint (m), a depth (m, down) and `rate`, that of the depth or of
-    /// the depth less its setpoint (m/s, down), with an integral share `i` (rad, bow down), 0 in the report.
+    /// The pitch command for a depth setpoint (m) and a depth (m, down). `rate` is the rate of the depth, or of the depth minus its
+    /// setpoint (m/s, down); `i` is an integral term (rad, bow down), 0 in the report.
     #[must_use]
     pub fn evaluate(&self, setpoint: f64, depth: f64, rate: f64, i: f64) -> DepthTerms {
         let error = bounded(setpoint - depth);

@@ -4,28 +4,28 @@ use crate::fault::Fault;
 use crate::gains::FileError;
 use crate::limits::LimitError;
 
-/// A rejected input of the controller; nothing changes then.
+/// A rejected input of the controller; then nothing changes.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
-    /// Parameters that are each in range but do not go together, by name.
+    /// Parameters that are each in range but conflict, by name.
     #[error(transparent)]
     Parameters(#[from] ParameterError),
     /// A number of the vehicle's state is not finite.
     #[error("state refused: {0} is not finite")]
     State(String),
-    /// A setpoint that the parameter of its name would not take.
+    /// A setpoint outside the range of the parameter with its name.
     #[error("{0} setpoint {1}")]
     Setpoint(&'static str, String),
     /// No manoeuvre while the controller is off.
     #[error("refused: the controller is switched off (mode off)")]
     SwitchedOff,
     /// No manoeuvre in a fault.
-    #[error("refused: a fault stands: {}", .0.text())]
+    #[error("refused: a fault is latched: {}; reset it first", .0.text())]
     FaultStands(Fault),
     /// A manoeuvre that cannot be flown.
     #[error(transparent)]
     Manoeuvre(#[from] ManoeuvreError),
-    /// A manoeuvre ended before its time.
+    /// A manoeuvre that was aborted.
     #[error("broken off: {0}")]
     BrokenOff(String),
     /// There is no fault to reset.
@@ -34,7 +34,7 @@ pub enum Error {
     /// The vehicle is still outside its envelope.
     #[error("the vehicle is still {}", .0.text())]
     StillFaulty(Fault),
-    /// The vehicle's state is still silent.
+    /// The vehicle's state is still missing.
     #[error("there is still no vehicle state")]
     StillSilent,
     /// A limit that is not positive.
@@ -42,7 +42,7 @@ pub enum Error {
     Limit(#[from] LimitError),
 }
 
-/// Parameters that are each in range but do not go together.
+/// Parameters that are each in range but conflict.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ParameterError {
     /// A limit of zero.
@@ -53,15 +53,16 @@ pub enum ParameterError {
         "parameters 'anti_windup.*': a tracking time of {0} s refused: back-calculation needs a positive one"
     )]
     TrackingTime(f64),
-    /// A model file whose model is not used.
+    /// A model file whose model cannot be used.
     #[error("parameter 'gains.file': {0}")]
     GainsFile(FileError),
-    /// Depths over times and over distances.
+    /// Depths over both times and distances.
     #[error(
-        "parameters 'schedule.times', 'schedule.distances': refused: a schedule is over time or over distance, not both"
+        "parameters 'schedule.times', 'schedule.distances': refused: a schedule must be over time \
+         or over distance, not both"
     )]
     TwoSchedules,
-    /// A schedule that makes no sense.
+    /// An invalid schedule.
     #[error("parameters 'schedule.{list}', 'schedule.depths': {reason}")]
     Schedule {
         /// `times` or `distances`.
@@ -69,29 +70,33 @@ pub enum ParameterError {
         /// Why not.
         reason: ScheduleError,
     },
-    /// No depth between the bounds.
-    #[error("parameters 'depth.min', 'depth.max': {min} m refused: it lies below {max} m")]
+    /// There is no depth between the bounds.
+    #[error(
+        "parameters 'depth.min', 'depth.max': {min} m refused: the maximum, {max} m, is above \
+        it"
+    )]
     DepthBounds {
-        /// The least depth, m.
+        /// The smallest depth, m.
         min: f64,
         /// The largest depth, m.
         max: f64,
     },
-    /// A depth that could not be held.
+    /// A depth outside the bounds.
     #[error(
-        "parameter '{name}': {depth} m refused: only depths from depth.min ({min} m) to depth.max ({max} m) are held"
+        "parameter '{name}': {depth} m refused: it must be from depth.min ({min} m) to depth.max \
+         ({max} m)"
     )]
     Depth {
         /// The parameter.
         name: &'static str,
         /// Its depth, m.
         depth: f64,
-        /// The least depth, m.
+        /// The smallest depth, m.
         min: f64,
         /// The largest depth, m.
         max: f64,
     },
-    /// An envelope narrower than what the loops are allowed.
+    /// An envelope narrower than the range allowed for the loops.
     #[error("parameter '{name}': {value} refused: at most {other}, {bound}")]
     Envelope {
         /// The parameter.
@@ -100,7 +105,7 @@ pub enum ParameterError {
         value: f64,
         /// The parameter that bounds it.
         other: &'static str,
-        /// The value of that.
+        /// That parameter's value.
         bound: f64,
     },
     /// A test signal beyond the plane limit.
@@ -113,17 +118,19 @@ pub enum ParameterError {
         /// The plane limit, rad.
         limit: f64,
     },
-    /// A vehicle that cannot hover.
+    /// A vehicle without the thrusters that hovering needs.
     #[error("parameter 'hover.vehicle': {0}")]
     Hover(String),
-    /// Mode hover without a vehicle to hover.
+    /// Mode hover without a vehicle.
     #[error(
-        "parameter 'mode': hover refused: 'hover.vehicle' names no vehicle with thrusters (bluerov2_heavy is one)"
+        "parameter 'mode': hover refused: set 'hover.vehicle' to a vehicle with thrusters (for \
+         example bluerov2_heavy)"
     )]
     NothingHovers,
-    /// Way-points of two lengths.
+    /// Lists of way-points with different lengths.
     #[error(
-        "parameters 'waypoints.x', 'waypoints.y': {x} and {y} values refused: each way-point has both"
+        "parameters 'waypoints.x', 'waypoints.y': {x} and {y} values refused: each way-point \
+         needs both"
     )]
     WayPoints {
         /// Of `x`.
@@ -131,12 +138,12 @@ pub enum ParameterError {
         /// Of `y`.
         y: usize,
     },
-    /// A test signal that cannot be timed.
+    /// A test signal with invalid times.
     #[error("parameters 'identification.*': {0}")]
     TestSignal(ManoeuvreError),
 }
 
-/// Why depths over time or distance make no schedule.
+/// Why depths over time or distance do not form a schedule.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ScheduleError {
     /// Lists of different lengths.
@@ -144,15 +151,15 @@ pub enum ScheduleError {
     Lengths {
         /// `time` or `distance`.
         what: &'static str,
-        /// How many of them.
+        /// Their number.
         beginnings: usize,
         /// How many depths.
         depths: usize,
     },
-    /// A number that is none.
+    /// A number that is not finite.
     #[error("schedule refused: {0} is not finite")]
     NotFinite(f64),
-    /// A depth before the run.
+    /// An entry before the beginning of the run.
     #[error("schedule refused: the {what} {beginning} {unit} is negative")]
     Negative {
         /// `time` or `distance`.
@@ -176,26 +183,26 @@ pub enum ScheduleError {
         /// The next one.
         after: f64,
     },
-    /// Times that are one, in whole nanoseconds.
-    #[error("schedule refused: its times must increase by a nanosecond at least, at {0} s")]
+    /// Times that are equal in whole nanoseconds.
+    #[error("schedule refused: its times must increase by at least a nanosecond, at {0} s")]
     SameTime(f64),
 }
 
 /// Why a manoeuvre or a test signal cannot be flown.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ManoeuvreError {
-    /// No manoeuvre of this name.
+    /// There is no manoeuvre with this name.
     #[error("manoeuvre '{name}' refused: it must be one of {known}")]
     Unknown {
         /// The name.
         name: String,
-        /// The names that there are.
+        /// The known names.
         known: String,
     },
-    /// A number that is none.
+    /// A number that is not finite.
     #[error("{0} {1} refused: it must be finite")]
     NotFinite(&'static str, f64),
-    /// A time before the run.
+    /// A negative time.
     #[error("{0} {1} s refused: it must not be negative")]
     Negative(&'static str, f64),
     /// A signal without its period, s.
@@ -215,9 +222,9 @@ pub enum ManoeuvreError {
     #[error("amplitude {0} rad refused: planes.limit ({1} rad) would clip it")]
     Clipped(f64, f64),
     /// A duration out of range, s.
-    #[error("duration {0} s refused: 0 to 1e6 s")]
+    #[error("duration {0} s refused: it must be from 0 to 1e6 s")]
     Duration(f64),
-    /// A signal that does not end of itself.
-    #[error("duration 0 s refused: a {0} needs one to end")]
+    /// A signal without an end of its own.
+    #[error("duration 0 s refused: a {0} needs a duration to end")]
     Endless(String),
 }

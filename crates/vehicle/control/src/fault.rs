@@ -1,4 +1,4 @@
-//! The faults of the envelope, as the operator has them.
+//! The faults of the envelope, as shown to the operator.
 
 /// How the vehicle left its envelope.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,7 +11,7 @@ pub enum Fault {
     BowDown,
     /// Pitched too far up.
     BowUp,
-    /// The vehicle's state is silent.
+    /// The vehicle's state is missing.
     Silence,
 }
 

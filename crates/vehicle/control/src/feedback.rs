@@ -1,17 +1,16 @@
 //! The feedback of the loops: the true state, or an estimate of it.
 //!
-//! Everything behind it takes a [`Feedback`]: of the true state, or with an estimator's motion in the vertical
-//! plane in its place ([`Feedback::estimated`]).
+//! All loops use a [`Feedback`]: the true state, or an estimator's motion in the vertical plane instead ([`Feedback::estimated`]).
 
 use crate::estimator::Estimated;
 use planesman_msgs::planesman_msgs::msg::VehicleState;
 
-/// The vehicle as the loops see it. Signs and units as in `VehicleState`.
+/// The vehicle's state used by the loops. Signs and units as in `VehicleState`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Feedback {
     /// m, along the initial heading.
     pub x: f64,
-    /// m, to starboard of it.
+    /// m, to starboard of the initial heading.
     pub y: f64,
     /// m, down.
     pub depth: f64,
@@ -52,7 +51,7 @@ impl Feedback {
         }
     }
 
-    /// This with depth, pitch, their rates and the speed as estimated; roll and heading stay.
+    /// This feedback with estimated depth, pitch, their rates and speed; roll and heading stay.
     #[must_use]
     pub(crate) fn estimated(self, estimated: &Estimated) -> Self {
         let estimate = &estimated.estimate;

@@ -1,4 +1,4 @@
-//! A manoeuvre that an action client has asked for: whether it can be flown, and how far it has come.
+//! A manoeuvre requested by an action client: its checks and its progress.
 
 use planesman_msgs::planesman_msgs::action::ManoeuvreGoal;
 use planesman_parameters::Choice as _;
@@ -16,13 +16,13 @@ enum Waveform {
     Run(Run, f64),
 }
 
-/// A manoeuvre under way.
+/// A running manoeuvre.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Underway {
     waveform: Waveform,
     /// ns
     duration: i64,
-    /// When its first tick was, ns of the run; `None` before that.
+    /// The time of its first tick, ns of the run; `None` before that.
     began: Option<i64>,
     /// Its progress.
     pub progress: Progress,
@@ -31,9 +31,9 @@ pub(crate) struct Underway {
 /// The progress of a manoeuvre.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Progress {
-    /// Since it began, s.
+    /// Time since it began, s.
     pub elapsed: f64,
-    /// The offset now added to the planes, rad, positive dive.
+    /// The present offset on the planes, rad, positive dive.
     pub dive_planes: f64,
 }
 
@@ -69,8 +69,7 @@ impl Underway {
         })
     }
 
-    /// The offset on the planes `elapsed` nanoseconds after the run of the vehicle began, rad; `None` when
-    /// the manoeuvre is over.
+    /// The offset on the planes `elapsed` nanoseconds after the vehicle's run began, rad; `None` when the manoeuvre is over.
     pub(crate) fn at(&mut self, elapsed: i64) -> Option<f64> {
         let time = elapsed - *self.began.get_or_insert(elapsed);
         if time >= self.duration {

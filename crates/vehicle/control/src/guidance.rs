@@ -1,20 +1,21 @@
-//! Guidance in the horizontal plane: way-points by line of sight, and the rudder's standard manoeuvres.
+//! Guidance in the horizontal plane: way-points by line of sight, and standard rudder manoeuvres.
 //!
 //! ```text
 //! leg from P to Q, course alpha: along s, across e (to starboard)     chi = alpha + atan2(-e, lookahead)
 //! the next leg begins within the acceptance radius of Q, or abeam of it
 //! ```
-//! Lookahead-based steering: Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), sec. 10.3.2. Turning circle and zig-zag are
-//! those of ships (IMO resolution MSC.137(76)): the rudder goes over when the heading has changed by the angle of the zig-zag.
+//! Lookahead-based steering: Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), sec. 10.3.2. Turning circle and
+//! zig-zag are those of ships (IMO resolution MSC.137(76)): the rudder is reversed when the heading has changed by the angle of the
+//! zig-zag.
 
 use planesman_parameters::Choice;
 
 use crate::angle_loop::short_way;
 
-/// Way-points of the horizontal plane, and how they are followed.
+/// Way-points in the horizontal plane, and how they are followed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Path {
-    /// Each along and to starboard of the initial heading, m.
+    /// Each point along and to starboard of the initial heading, m.
     pub points: Vec<[f64; 2]>,
     /// m
     pub lookahead: f64,
@@ -22,26 +23,26 @@ pub(crate) struct Path {
     pub acceptance: f64,
 }
 
-/// Where a path stands.
+/// The progress on a path.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Progress {
-    /// Where the first leg begins, m.
+    /// The beginning of the first leg, m.
     from: Option<[f64; 2]>,
-    /// The way-point that is headed for.
+    /// The current way-point.
     next: usize,
 }
 
-/// What to steer.
+/// The course to steer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Course {
     /// rad, from the initial heading, to starboard, within half a turn.
     pub heading: f64,
-    /// The point on the path that is steered at; at its end the last way-point.
+    /// The point on the path to steer for; at its end the last way-point.
     pub target: [f64; 2],
 }
 
 impl Path {
-    /// What to steer from a place; `None` without way-points. Past the last one the course of the last leg goes on.
+    /// The course from a position; `None` without way-points. Beyond the last way-point the course of the last leg continues.
     pub(crate) fn course(&self, progress: &mut Progress, at: [f64; 2]) -> Option<Course> {
         let last = self.points.len().checked_sub(1)?;
         let start = *progress.from.get_or_insert(at);
@@ -71,14 +72,14 @@ impl Path {
     }
 }
 
-/// What the rudder does.
+/// The rudder's manoeuvre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
 pub enum Turning {
-    /// What the heading loop asks for.
+    /// None: the heading loop commands the rudder.
     None,
-    /// One angle, held.
+    /// A constant angle.
     Circle,
-    /// One angle to either side in turn.
+    /// An angle alternating between both sides.
     Zigzag,
 }
 
@@ -100,12 +101,12 @@ pub struct TurningManoeuvre {
     pub start: f64,
 }
 
-/// Where the rudder's manoeuvre stands.
+/// The state of the rudder's manoeuvre.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Swing {
     /// The heading at its start, rad.
     from: Option<f64>,
-    /// Whether the rudder is over to the other side.
+    /// Whether the rudder is on the other side.
     over: bool,
 }
 

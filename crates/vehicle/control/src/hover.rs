@@ -1,12 +1,13 @@
-//! Station keeping and way-points with thrusters: along, across, depth and heading, and the hull held level where the thrusters can.
+//! Station keeping and way-points with thrusters: along, across, depth and heading; the hull is held level if the thrusters can do it.
 //!
 //! ```text
 //! v_d = limit(Kp (x_d - x))     fixed frame, level and depth apart        r_d = limit(Kp_psi (psi_d - psi))
 //! a   = Kv R^T (v_d - v) + R^T I,   I' = Ki (v_d - v)                      likewise in yaw; roll and pitch to 0, without integral
 //! tau = M a     thrusts = pinv(B) tau, all made smaller alike where one would pass its most
 //! ```
-//! Cascaded, with the added mass in `M`, so that the gains are those of a vehicle without mass (Fossen 2011, sec. 12.2 and 12.3). The integral takes current, trim and
-//! the line's pull; it stands while a thruster is at its most. Velocities over ground are the differences of places.
+//! A cascade, with the added mass in `M`, so that the gains are independent of the vehicle's mass (Fossen 2011, sec. 12.2 and 12.3). The
+//! integral compensates current, trim and the line's pull; it stops while a thruster is saturated. Velocities over ground are computed from
+//! differences of positions.
 
 use planesman_vehicle::six_dof::propulsion::{Allocation, Inverse, Thruster};
 use planesman_vehicle::six_dof::{self, Six, rotation};
@@ -50,17 +51,17 @@ pub struct HoverParameters {
     pub velocity_i: f64,
 }
 
-/// The thrusters of a vehicle, and what they push.
+/// The thrusters of a vehicle, and their forces.
 #[derive(Clone, Debug)]
 pub(crate) struct Thrusters {
     /// Their names.
     pub names: Vec<String>,
     thrusters: Vec<Thruster>,
     commands: Vec<Inverse>,
-    /// The least of the most that each gives, N.
+    /// The smallest of the thrusters' largest thrusts, N.
     most: f64,
     allocation: Allocation,
-    /// Masses and moments of inertia with the water's.
+    /// Masses and moments of inertia, including added mass.
     inertia: Six<f64>,
 }
 
@@ -72,7 +73,7 @@ impl PartialEq for Thrusters {
 }
 
 impl Thrusters {
-    /// Of the vehicle of that name, or of the file at that path.
+    /// For the vehicle with that name, or in the file at that path.
     ///
     /// # Errors
     /// [`ParameterError::Hover`].
@@ -102,7 +103,8 @@ impl Thrusters {
         if let Some(weak) = commands.iter().position(|one| one.most() <= 0.0) {
             let name = &names[weak];
             return Err(refused(format!(
-                "vehicle '{vehicle}': thruster '{name}' gives no thrust along its direction by positive commands"
+                "vehicle '{vehicle}': thruster '{name}' gives no thrust along its direction with \
+                 positive commands"
             )));
         }
         let most = commands
@@ -120,7 +122,7 @@ impl Thrusters {
         })
     }
 
-    /// The commands for accelerations in the body's axes; and whether the thrusters give them.
+    /// The commands for accelerations in the body's axes, and whether the thrusters can give them.
     fn commands(&self, wanted: Six<f64>) -> (Vec<f64>, bool) {
         let wrench = std::array::from_fn(|i| bounded(self.inertia[i] * wanted[i]));
         let (given, share) = self.allocation.within(&wrench, self.most);
@@ -130,10 +132,10 @@ impl Thrusters {
     }
 }
 
-/// The vehicle as it is seen here.
+/// The measured pose of the vehicle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MeasuredPose {
-    /// Along, to starboard, down in the fixed frame, m.
+    /// Along, to starboard and down in the fixed frame, m.
     pub place: [f64; 3],
     /// Roll, pitch, yaw, rad.
     pub angles: [f64; 3],
@@ -141,16 +143,16 @@ pub(crate) struct MeasuredPose {
     pub rates: [f64; 3],
 }
 
-/// Where to be.
+/// The target of station keeping.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Target {
-    /// As of [`MeasuredPose`].
+    /// Like [`MeasuredPose`].
     pub place: [f64; 3],
     /// rad
     pub heading: f64,
 }
 
-/// What the law remembers.
+/// The memory of the law.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Hover {
     last: Option<[f64; 3]>,
@@ -158,7 +160,7 @@ pub(crate) struct Hover {
     integral: [f64; 4],
 }
 
-/// A vector made no longer than `most`.
+/// A vector with its length limited to `most`.
 fn limited<const N: usize>(v: [f64; N], most: f64) -> [f64; N] {
     let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
     match length > most {

@@ -1,15 +1,15 @@
-//! An integral share of a control law, kept from winding up while the output stands at its limit.
+//! An integral term of a control law, protected from wind-up while the output is at its limit.
 //!
-//! The report's loops have none. The strategies bear the names of `control_toolbox`:
+//! The report's loops have none. The strategies have the names of `control_toolbox`:
 //!
-//! | strategy | slope of the share, with `e` the error, `u` the output wanted, `u_lim` behind its limit |
+//! | strategy | slope of the term, with the error `e`, the unlimited output `u`, and `u_lim` after its limit |
 //! |---|---|
 //! | none | `Ki e` |
 //! | conditional_integration | `Ki e`, but 0 while that would drive `u` further beyond its limit |
 //! | back_calculation | `Ki e + (u_lim - u) / T_t` |
 //!
-//! In each the share itself stays within its own limit (`i_clamp` there). It is held in the unit of
-//! the output, so a changed gain makes no step. (Astrom and Hagglund, *Advanced PID Control*, 2006, ch. 3.)
+//! With each strategy the term itself stays within its own limit (`i_clamp` there). It is stored in the unit of the output, so a changed
+//! gain causes no step. (Astrom and Hagglund, *Advanced PID Control*, 2006, ch. 3.)
 
 use crate::error::ParameterError;
 use crate::limits::{Limit, bounded};
@@ -27,7 +27,7 @@ pub struct AntiWindup {
 }
 
 impl AntiWindup {
-    /// The same, if its strategy has what it needs.
+    /// The same, after checking that its strategy has what it needs.
     ///
     /// # Errors
     /// [`ParameterError::TrackingTime`].
@@ -47,11 +47,11 @@ pub enum Strategy {
     None,
     /// No integration further into saturation.
     ConditionalIntegration,
-    /// The saturation's cut is fed back.
+    /// The amount cut off by the saturation is fed back.
     BackCalculation,
 }
 
-/// An integral share: where it stands, and where it goes until the next tick.
+/// An integral term: its value, and its slope until the next tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Integral {
     value: f64,
@@ -59,15 +59,15 @@ pub struct Integral {
 }
 
 impl Integral {
-    /// The share after `dt` seconds along its slope, no further from zero than `limit`.
+    /// The term after `dt` seconds along its slope, limited to `limit`.
     #[must_use]
     pub fn after(&mut self, dt: f64, limit: Limit) -> f64 {
         self.value = limit.apply(self.value + bounded(self.slope * dt)).value;
         self.value
     }
 
-    /// Sets the slope from now on: `drive` is `Ki e`, `excess` what the output's limit cuts off,
-    /// `u - u_lim`, both with the share's sign.
+    /// Sets the slope from now on: `drive` is `Ki e`, `excess` the amount that the output's limit cuts off, `u - u_lim`, both with the
+    /// term's sign.
     pub fn lead(&mut self, drive: f64, excess: f64, anti_windup: AntiWindup) {
         self.slope = match anti_windup.strategy {
             Strategy::None => drive,

@@ -1,5 +1,4 @@
-//! First-order smoothing: the filter on a derivative, and the fading of a step that a change of mode
-//! would have made.
+//! First-order smoothing: the filter of a derivative, and the decay of the step that a change of mode would have caused.
 //!
 //! Both are exact for any time between two ticks:
 //! ```text
@@ -16,7 +15,7 @@ pub(crate) fn faded(value: f64, tau: f64, dt: f64) -> f64 {
     }
 }
 
-/// A first-order lag, which begins at its first input.
+/// A first-order lag, which starts at its first input.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Lag {
     output: Option<f64>,

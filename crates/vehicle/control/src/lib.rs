@@ -3,10 +3,10 @@
 //! Control of depth, pitch, roll, heading and speed, after Brunner (*Experimental Verification of AUV Performance*,
 //! NPS thesis, March 1988, ch. II and program T6).
 //!
-//! - [`Controller`]: a vehicle state in, a plane command out (`core`), by its [`ControllerParameters`].
-//! - `loops`: all loops at a tick; `answer`: their terms as messages. [`DepthLoop`], [`PitchLoop`], `autopilot`: the dive loops, with integrals,
-//!   filters and bumpless transfer.
-//! - `angle_loop`, `speed_loop`: roll, heading, speed. `allocation`: one angle to bow and stern planes.
+//! - [`Controller`]: takes a vehicle state, returns a plane command (`core`), with its [`ControllerParameters`].
+//! - `loops`: all loops at a tick; `answer`: their terms as messages. [`DepthLoop`], [`PitchLoop`], `autopilot`: the dive loops, with
+//!   integrals, filters and bumpless transfer.
+//! - `angle_loop`, `speed_loop`: roll, heading, speed. `allocation`: one angle for bow and stern planes.
 //! - `hover`: place, depth and heading by thrusters. `guidance`: way-points by line of sight, turning circle and zig-zag.
 //! - `setpoint`, `schedule`, `manoeuvre`, `runs`, `goal`: setpoints and test signals.
 //! - [`Source`], `estimator`: pitch, depth rate and gyro bias from the instruments.

@@ -1,17 +1,15 @@
-//! Saturation and rate limits: the symmetric limits on the pitch command (±45°) and the dive planes
-//! (±30°) of Brunner (NPS thesis, 1988, ch. II.B), and the bound that keeps every
-//! intermediate term a number.
+//! Saturation and rate limits: the symmetric limits on the pitch command (±45°) and the dive planes (±30°) of Brunner (NPS thesis, 1988,
+//! ch. II.B), and the bound that keeps every intermediate term finite.
 //!
-//! Program T6 (App. C) codes no limiter although its 5 ft step starts with a pitch
-//! command of 71.6° and a plane command of 50.1°; the thesis states the limits in prose.
-//! The plane limit stands behind the sum of all terms, as the mechanical stop does.
+//! Program T6 (App. C) has no limiter although its 5 ft step starts with a pitch command of 71.6° and a plane command of 50.1°; the thesis
+//! states the limits in its text. The plane limit acts on the sum of all terms, like the mechanical stop.
 
-/// The largest magnitude a term inside the loops may take, in any unit. Far beyond any
-/// vehicle, and small enough that sums of terms stay finite.
+/// The largest magnitude of a term within the loops, in any unit. It is far beyond any vehicle, and small enough that sums of terms stay
+/// finite.
 const LARGEST_TERM: f64 = 1e300;
 
-/// A term of a control law, kept finite: products and differences of finite numbers can
-/// overflow, and an infinite term would leave the node or cancel into NaN.
+/// Limits a term of a control law to finite values: products and differences of finite numbers can overflow, and an infinite term would
+/// leave the node or give NaN.
 #[must_use]
 pub(crate) fn bounded(term: f64) -> f64 {
     term.clamp(-LARGEST_TERM, LARGEST_TERM)
@@ -23,25 +21,25 @@ pub struct Limit {
     bound: f64,
 }
 
-/// A bound that is not positive and finite.
+/// The bound is not positive and finite.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("a limit of ±{0} refused: it must be positive")]
 pub struct LimitError(pub f64);
 
-/// A value behind a [`Limit`].
+/// A value after a [`Limit`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Limited {
-    /// The value after the limit, in the unit of what was limited.
+    /// The value after the limit, in the unit of the limited quantity.
     pub value: f64,
-    /// The value stands at the limit.
+    /// Whether the value is at the limit.
     pub at_limit: bool,
 }
 
 impl Limit {
-    /// The limit `±bound`, in the unit of what it limits.
+    /// The limit `±bound`, in the unit of the limited quantity.
     ///
     /// # Errors
-    /// [`LimitError`], when the bound is not positive and finite.
+    /// [`LimitError`], if the bound is not positive and finite.
     pub fn new(bound: f64) -> Result<Self, LimitError> {
         if bound.is_finite() && bound > 0.0 {
             Ok(Self { bound })
@@ -50,13 +48,13 @@ impl Limit {
         }
     }
 
-    /// The bound, in the unit of what it limits.
+    /// The bound, in the unit of the limited quantity.
     #[must_use]
     pub fn bound(&self) -> f64 {
         self.bound
     }
 
-    /// `value`, no further from zero than the bound.
+    /// `value`, limited to the bound.
     #[must_use]
     pub fn apply(&self, value: f64) -> Limited {
         Limited {
@@ -66,7 +64,7 @@ impl Limit {
     }
 }
 
-/// From `from` towards `to`, at most `rate` per second for `dt` seconds; a `rate` of 0 is no limit.
+/// Moves from `from` towards `to`, by at most `rate` per second for `dt` seconds; a `rate` of 0 means no limit.
 #[must_use]
 pub(crate) fn slewed(from: f64, to: f64, rate: f64, dt: f64) -> f64 {
     if rate == 0.0 {

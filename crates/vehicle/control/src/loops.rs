@@ -1,12 +1,12 @@
-//! The loops at a tick: setpoints, feedback and gains in, commands out, with the terms that led to them.
+//! The loops at a tick: from setpoints, feedback and gains to commands, with all intermediate terms.
 //!
 //! ```text
 //! depth setpoint -> depth PD -> [pitch limit] -> pitch P + rate -> (+ test signal) -> [plane limit] -> bow, stern
 //! level          -> roll PD -> bow planes, differentially
 //! heading setpoint -> heading PD -> rudder           speed setpoint -> feed-forward + P -> thrust
 //! ```
-//! Heading and speed are held when their `active` parameter says so, or once a setpoint for them has
-//! come on its topic. Roll is held level. In mode off nothing is held.
+//! Heading and speed are held if their `active` parameter is set, or once a setpoint for them has come on its topic. Roll is held level. In
+//! mode off nothing is held.
 
 use crate::allocation::Shared;
 use crate::angle_loop::short_way;
@@ -22,15 +22,15 @@ use crate::setpoint::{Bounds, Setpoints};
 /// A tick within its run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tick {
-    /// Since the run began, ns.
+    /// Time since the run began, ns.
     pub elapsed: i64,
-    /// Since the run began, m along the initial heading.
+    /// Distance since the run began, m along the initial heading.
     pub distance: f64,
-    /// Since the last tick, s; 0 at the first.
+    /// Time since the last tick, s; 0 at the first.
     pub dt: f64,
 }
 
-/// Roll, heading or speed at a tick; the command in the unit of its actuator.
+/// Roll, heading or speed at a tick; the command has the unit of its actuator.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Regulated {
     pub setpoint: f64,
@@ -38,10 +38,10 @@ pub(crate) struct Regulated {
     pub command: f64,
 }
 
-/// The source of the depth to go to.
+/// The source of the target depth.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) enum DepthSource {
-    /// The standing setpoint, or a live change of it.
+    /// The parameter, or a live change of it.
     #[default]
     Parameter,
     /// The list of way-depths.
@@ -50,32 +50,32 @@ pub(crate) enum DepthSource {
     Topic,
 }
 
-/// Every command at a tick, and what led to it. What the mode does not use is 0.
+/// All commands at a tick, with all intermediate terms. Terms that the mode does not use are 0.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LoopTerms {
-    /// The depth to go to, m.
+    /// The target depth, m.
     pub depth_target: f64,
     /// Its source.
     pub depth_source: DepthSource,
-    /// The depth to hold now, m.
+    /// The current depth setpoint, m.
     pub depth_setpoint: f64,
     /// The parameters' test signal, rad of plane.
     pub identification: f64,
-    /// The test signal of the manoeuvre under way, rad of plane.
+    /// The test signal of the running manoeuvre, rad of plane.
     pub manoeuvre: f64,
     /// The dive loops.
     pub dive: DiveTerms,
     /// The dive planes' command.
     pub planes: Shared,
-    /// Roll, where it is held; the command is the bow planes' differential, rad.
+    /// Roll, if it is held; the command is the bow planes' differential, rad.
     pub roll: Option<Regulated>,
-    /// Heading, where it is held; the command is the rudder, rad.
+    /// Heading, if it is held; the command is the rudder, rad.
     pub heading: Option<Regulated>,
-    /// Speed, where it is held; the command is the share of full thrust.
+    /// Speed, if it is held; the command is the share of full thrust.
     pub speed: Option<Regulated>,
-    /// The planes climb because of a fault.
+    /// Whether the planes climb because of a fault.
     pub climbing: bool,
-    /// The thrusters' commands; none: they stand still.
+    /// The thrusters' commands; empty if they are stopped.
     pub thrusters: Vec<f64>,
 }
 
@@ -91,12 +91,12 @@ pub(crate) struct Loops {
 }
 
 impl Loops {
-    /// Takes note that the planes were put to neutral from outside.
+    /// Records that the planes were set to neutral from outside.
     pub(crate) fn neutralised(&mut self) {
         self.autopilot.neutralised();
     }
 
-    /// The commands with the loops closed; `manoeuvre` is the test signal of a manoeuvre, rad of plane.
+    /// The commands with closed loops; `manoeuvre` is the test signal of a manoeuvre, rad of plane.
     pub(crate) fn step(
         &mut self,
         (config, gains): (&Config, &Gains),
@@ -124,7 +124,7 @@ impl Loops {
         terms
     }
 
-    /// The commands in a fault, with the loops set aside: the dive planes to climb or neutral.
+    /// The commands in a fault, without the loops: the dive planes climb or are neutral.
     pub(crate) fn emergency(
         &mut self,
         config: &Config,
@@ -197,7 +197,7 @@ impl Loops {
         terms
     }
 
-    /// The depth to go to, m, and its source.
+    /// The target depth, m, and its source.
     fn depth_target(&self, config: &Config, tick: Tick) -> (f64, DepthSource) {
         let depth = &self.setpoints.depth;
         let scheduled = config.schedule.depth(tick.elapsed, tick.distance);
@@ -209,7 +209,7 @@ impl Loops {
         }
     }
 
-    /// Heading, by the rudder; `None` while it is not held.
+    /// Heading, by the rudder; `None` if it is not held.
     fn heading(&mut self, config: &Config, feedback: &Feedback, tick: Tick) -> Option<Regulated> {
         let heading = &mut self.setpoints.heading;
         if !config.parameters.heading.active && heading.commanded().is_none() {
@@ -242,12 +242,12 @@ impl Loops {
         })
     }
 
-    /// The way-points from the first one on, from where the vehicle is.
+    /// Restarts the way-points at the first one, from the vehicle's present position.
     pub(crate) fn begin_path(&mut self) {
         self.progress = Progress::default();
     }
 
-    /// Straight up by the thrusters, at the speed of hovering.
+    /// Climbs vertically by the thrusters, at the speed of hovering.
     fn climb(
         &mut self,
         config: &Config,
@@ -264,7 +264,7 @@ impl Loops {
             .step(law, thrusters, &seen(feedback), &target, dt)
     }
 
-    /// Place, depth and heading, by the thrusters.
+    /// Holds place, depth and heading by the thrusters.
     fn hover(&mut self, config: &Config, feedback: &Feedback, tick: Tick, terms: &mut LoopTerms) {
         let Some(thrusters) = &config.thrusters else {
             return;
@@ -290,7 +290,7 @@ impl Loops {
         });
     }
 
-    /// Speed, by the thrust; `None` while it is not held.
+    /// Speed, by the thrust; `None` if it is not held.
     fn speed(&mut self, config: &Config, feedback: &Feedback, tick: Tick) -> Option<Regulated> {
         let speed = &mut self.setpoints.speed;
         if !config.parameters.speed.active && speed.commanded().is_none() {
@@ -321,8 +321,7 @@ fn seen(feedback: &Feedback) -> MeasuredPose {
     }
 }
 
-/// Roll, held level by the bow planes' differential within the travel that the dive leaves of them; `bow` is
-/// their angle in the dive, rad.
+/// Holds roll level by the bow planes' differential, within the travel that the dive does not use; `bow` is their angle in the dive, rad.
 fn hold_level(config: &Config, feedback: &Feedback, bow: f64) -> Option<Regulated> {
     let error = bounded(0.0 - feedback.roll);
     let room = (config.dive.planes_limit.bound() - bow.abs()).max(0.0);

@@ -1,10 +1,8 @@
 //! Test signals on the dive planes: step, pulse, doublet, square wave, sinusoid, pseudo-random
 //! binary sequence and chirp.
 //!
-//! A signal is a pure function of the time since the run began, counted in whole
-//! nanoseconds so that no edge moves by rounding. It is zero before `start`, and from
-//! `start + duration` on when a duration is given. With t the time since `start`, A the
-//! amplitude and P the period:
+//! A signal is a pure function of the time since the run began, counted in whole nanoseconds so that no edge moves by rounding. It is zero
+//! before `start`, and from `start + duration` on if a duration is given. With t the time since `start`, A the amplitude and P the period:
 //!
 //! | signal   | value |
 //! |----------|-------|
@@ -13,23 +11,21 @@
 //! | doublet  | A for t < P/2, -A for t < P, then 0 |
 //! | square   | A in the first half of each period, -A in the second |
 //! | sinusoid | A sin(2 pi t / P) |
-//! | prbs     | ±A, drawn anew every P: P is the shortest interval |
+//! | prbs     | ±A, drawn again every P: P is the shortest interval |
 //! | chirp    | A sin(2 pi (f t + (f' - f) t^2 / 2D)): from f = 1/P to f' = 1/P' within the duration D |
 //!
-//! The sequence is the output of a Fibonacci shift register of 10 bits with the feedback
-//! polynomial x^10 + x^7 + 1, which is primitive: it visits all 1023 states but zero and
-//! then repeats (Golomb, *Shift Register Sequences*, 1967). The seed chooses where in the cycle it starts.
-//! Brunner's runs (NPS thesis, 1988, pp. 99-101) are pulses and square waves of 10° and
-//! 20° and a sinusoid.
+//! The sequence is the output of a Fibonacci shift register of 10 bits with the feedback polynomial x^10 + x^7 + 1, which is primitive: it
+//! visits all 1023 nonzero states and then repeats (Golomb, *Shift Register Sequences*, 1967). The seed chooses the start position in the
+//! cycle. Brunner's runs (NPS thesis, 1988, pp. 99-101) are pulses and square waves of 10° and 20° and a sinusoid.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::error::ManoeuvreError;
 
-/// Bits in the shift register.
+/// Number of bits of the shift register.
 pub(crate) const REGISTER_LENGTH: u32 = 10;
 
-/// Intervals before the pseudo-random sequence repeats, `2^10 - 1`.
+/// Number of intervals before the pseudo-random sequence repeats, `2^10 - 1`.
 pub(crate) const SEQUENCE_LENGTH: usize = (1 << REGISTER_LENGTH) - 1;
 
 /// The shape of a test signal.
@@ -41,7 +37,7 @@ pub enum Signal {
     Step,
     /// One offset, `period` long.
     Pulse,
-    /// One offset to each side, `period` long together.
+    /// One offset on each side, `period` long in total.
     Doublet,
     /// Alternating offsets.
     Square,
@@ -49,7 +45,7 @@ pub enum Signal {
     Sinusoid,
     /// A pseudo-random binary sequence.
     Prbs,
-    /// A sine wave whose frequency moves evenly.
+    /// A sine wave whose frequency changes linearly.
     Chirp,
 }
 
@@ -86,7 +82,7 @@ pub struct Manoeuvre {
     pub seed: i64,
 }
 
-/// A [`Manoeuvre`] ready to be evaluated: times in whole nanoseconds, the sequence drawn.
+/// A [`Manoeuvre`] prepared for evaluation: times in whole nanoseconds, the sequence drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct TestSignal {
     signal: Signal,
@@ -201,7 +197,7 @@ fn maximal_length_sequence(seed: i64) -> Vec<bool> {
         .collect()
 }
 
-/// Seconds as whole nanoseconds, to the nearest.
+/// Seconds as whole nanoseconds, rounded to the nearest.
 pub(crate) fn nanoseconds(seconds: f64) -> i64 {
     (seconds * 1e9).round() as i64
 }

@@ -1,4 +1,4 @@
-//! The controller's parameters: the only place where its defaults and ranges stand.
+//! The controller's parameters, with their defaults and ranges, which are defined only here.
 //!
 //! The gains are those of program T6 (Brunner, NPS thesis, 1988, App. C): Kpz = 0.25 rad/ft,
 //! Kdz = 0.6 rad·s/ft, Kpy = 0.70, Kr = 2 s; the limits those of its ch. II.B. With these defaults the
@@ -364,7 +364,7 @@ pub enum GainSource {
     File,
 }
 
-/// The parameters, checked each and together, with what the loops derive from them.
+/// The parameters, checked individually and together, with the derived settings of the loops.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Config {
     /// The parameters.
@@ -375,7 +375,7 @@ pub(crate) struct Config {
     pub pitch_bounds: Bounds,
     /// The gains of the dive loops.
     pub gains: Gains,
-    /// Everything else about the dive loops.
+    /// All other settings of the dive loops.
     pub dive: DiveRules,
     /// Bow and stern planes.
     pub allocation: Allocation,
@@ -389,7 +389,7 @@ pub(crate) struct Config {
     pub identification: TestSignal,
     /// The feedback.
     pub feedback: estimator::Rules,
-    /// How the gains follow the vehicle.
+    /// The rules for gains that follow the vehicle.
     pub following: gains::Rules,
     /// The way-points.
     pub path: Path,
@@ -398,10 +398,10 @@ pub(crate) struct Config {
 }
 
 impl Config {
-    /// The loops that the parameters describe.
+    /// The configuration that the parameters describe.
     ///
     /// # Errors
-    /// [`ParameterError`], when values that are each in range do not go together.
+    /// [`ParameterError`], if values that are each in range conflict.
     pub(crate) fn new(parameters: &ControllerParameters) -> Result<Self, ParameterError> {
         let p = parameters;
         let dive = dive_rules(p)?;
@@ -458,7 +458,7 @@ impl Config {
     }
 }
 
-/// The thrusters, where a vehicle with them is named.
+/// The thrusters, if a vehicle with thrusters is named.
 fn thrusters(p: &ControllerParameters) -> Result<Option<Thrusters>, ParameterError> {
     match p.hover.vehicle.as_str() {
         "" if p.mode == Mode::Hover => Err(ParameterError::NothingHovers),
@@ -499,7 +499,7 @@ fn estimator_rules(p: &ControllerParameters) -> estimator::Rules {
     }
 }
 
-/// How gains follow the vehicle, from the `fixed` ones at the reference speed.
+/// The rules for gains that follow the vehicle, from the `fixed` gains at the reference speed.
 fn gain_rules(p: &GainsParameters, fixed: &Gains) -> Result<gains::Rules, ParameterError> {
     let schedule = gains::Schedule {
         reference: LoopGains {
@@ -552,7 +552,7 @@ fn schedule_of(schedule: &ScheduleParameters) -> Result<Schedule, ParameterError
     schedule.map_err(|reason| ParameterError::Schedule { list, reason })
 }
 
-/// Refuses depths that could not be held.
+/// Refuses depths outside the bounds.
 fn check_depths(
     p: &ControllerParameters,
     schedule: &Schedule,
@@ -578,7 +578,7 @@ fn check_depths(
     Ok(())
 }
 
-/// Rejects an envelope narrower than what the loops are allowed.
+/// Refuses an envelope narrower than the range allowed for the loops.
 fn check_envelope(p: &ControllerParameters) -> Result<(), ParameterError> {
     let Envelope {
         ceiling,

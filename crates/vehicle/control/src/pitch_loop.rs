@@ -1,7 +1,7 @@
 //! The pitch law, the inner loop: pitch P with rate feedback to the dive planes (Brunner, NPS thesis,
 //! 1988, program T6, App. C).
 //!
-//! The program lumps the rate feedback into the plant's damping, dive-positive:
+//! The program includes the rate feedback in the plant's damping, dive-positive:
 //! ```text
 //! DEL = Kpy (TC - T)
 //! J T'' = Ky DEL - (By + Kr Ky) T'
@@ -11,8 +11,8 @@
 //! ```text
 //! delta = -Kpy (theta_c - theta) + Kr q
 //! ```
-//! A plane angle is dive-positive: too much bow up dives, and a rising bow dives.
-//! The plane limit and the test signal follow in [`crate::autopilot`].
+//! A plane angle is dive-positive: too much bow-up pitch, or a rising bow, gives a dive command. [`crate::autopilot`] then applies the
+//! plane limit and the test signal.
 
 use crate::limits::bounded;
 
@@ -37,7 +37,7 @@ pub struct PitchTerms {
 }
 
 impl PitchTerms {
-    /// The plane angle the loop asks for before any limit, rad, dive positive.
+    /// The loop's plane command before any limit, rad, dive positive.
     #[must_use]
     pub fn dive_planes(&self) -> f64 {
         self.p + self.rate

@@ -2,14 +2,14 @@
 //!
 //! | run | shape | ft/s |
 //! |---|---|---|
-//! | 7/3 | short pulses of 20° to either side | 1.2 |
+//! | 7/3 | short pulses of 20° on both sides | 1.2 |
 //! | 7/5 | a square wave of 20° | 1.2 |
 //! | 8/1 | pulses of 20°, -20° and 10° | 2.1 |
 //! | 9/1 | two short pulses of 20° | 1.8 |
 //! | 9/2 | a rapid sinusoid of 25° | 1.8 |
 //!
-//! The shapes are the report's; its records are lost, and so the times are a choice, in whole samples of
-//! 0.05 s. A pulse holds from its first time on, until before its second.
+//! The shapes are the report's. Its records are lost, so the times are assumptions, in whole samples of 0.05 s. A pulse includes its first
+//! time and excludes its second.
 
 use std::f64::consts::TAU;
 
@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 enum Shape {
     /// (from ms, to ms, degrees)
     Pulses(&'static [(i64, i64, f64)]),
-    /// From `from` ms on, `amplitude` degrees, with a period in ms.
+    /// From `from` ms on, with `amplitude` degrees and a period in ms.
     Sinusoid {
         from: i64,
         amplitude: f64,
@@ -84,7 +84,7 @@ pub(crate) const RUNS: [Run; 5] = [
 ];
 
 impl Run {
-    /// The run of that name.
+    /// The run with that name.
     #[must_use]
     pub(crate) fn named(name: &str) -> Option<Self> {
         RUNS.into_iter().find(|run| run.name == name)

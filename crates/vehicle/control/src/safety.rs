@@ -1,17 +1,16 @@
-//! The controller's reaction when the vehicle leaves its envelope: a fault that stays until it is
-//! reset, and a reaction that needs none of the loops' gains, since those may be what went wrong.
+//! The controller's reaction when the vehicle leaves its envelope: a fault that is latched until it is reset. The reaction does not use the
+//! loops' gains, since these may be the cause.
 //!
 //! | fault | when | reaction |
 //! |---|---|---|
-//! | floor | deeper than the hard floor | planes to climb, until `margin` above the floor or `climb_time` is over; then neutral |
-//! | bow down | pitched further down than the limit | planes to climb, until the bow is level or `climb_time` is over; then neutral |
+//! | floor | deeper than the hard floor | planes climb, until `margin` above the floor or `climb_time` is over; then neutral |
+//! | bow down | pitched further down than the limit | planes climb, until the bow is level or `climb_time` is over; then neutral |
 //! | bow up | pitched further up than the limit | neutral |
 //! | ceiling | shallower than the hard ceiling | neutral |
-//! | silence | no state within `state_timeout`, where that is to latch | neutral |
+//! | silence | no state within `state_timeout`, if that is latched | neutral |
 //!
-//! Rudder, roll planes and thrust are neutral in every reaction. The first fault is the one
-//! reported, with one exception: the floor takes the place of any other, because it alone needs the climb
-//! still. A reset is granted when what led to the fault is over.
+//! Rudder, roll planes and thrust are neutral in every reaction. The first fault is reported, with one exception: the floor replaces any
+//! other, because it still needs the climb. A reset is accepted once the cause of the fault is over.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -49,7 +48,7 @@ pub struct Envelope {
 }
 
 impl Envelope {
-    /// The bound of the envelope that the vehicle is beyond.
+    /// The bound of the envelope that the vehicle has exceeded.
     #[must_use]
     pub(crate) fn violated(&self, feedback: &Feedback) -> Option<Fault> {
         if feedback.depth > self.floor {
@@ -66,13 +65,13 @@ impl Envelope {
     }
 }
 
-/// The fault, if there is one, and how long the climb has lasted.
+/// The fault, if there is one, and the duration of the climb so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Safety {
     fault: Option<Fault>,
     /// s
     climbed: f64,
-    /// The climb is over.
+    /// Whether the climb is over.
     climb_over: bool,
 }
 
@@ -86,13 +85,13 @@ pub(crate) enum Reaction {
 }
 
 impl Safety {
-    /// The fault that stands.
+    /// The latched fault.
     #[must_use]
     pub(crate) fn fault(&self) -> Option<Fault> {
         self.fault
     }
 
-    /// Takes note of a fault, and says whether it is the one that stands from now on.
+    /// Latches a fault; returns whether it becomes the reported one.
     pub(crate) fn latch(&mut self, fault: Fault) -> bool {
         let stands = match self.fault {
             None => true,
@@ -107,8 +106,8 @@ impl Safety {
         stands
     }
 
-    /// Looks where the vehicle is, `dt` seconds after the last look, and says what is to be done about the fault
-    /// that stands; `None`: there is none.
+    /// Checks the vehicle's position `dt` seconds after the last check, and returns the reaction to the latched fault; `None` without a
+    /// fault.
     pub(crate) fn react(
         &mut self,
         envelope: &Envelope,
@@ -129,7 +128,7 @@ impl Safety {
         })
     }
 
-    /// Takes the fault back, unless the vehicle is still where it must not be.
+    /// Resets the fault, unless the vehicle is still outside its envelope.
     ///
     /// # Errors
     /// [`Error::NoFault`], [`Error::StillFaulty`].

@@ -1,13 +1,12 @@
-//! Way-depths: depth setpoints over time, or over the distance run.
+//! Way-depths: depth setpoints over time, or over the distance travelled.
 //!
-//! A schedule is a list of times since the run began, or of distances along the initial heading since
-//! then, increasing, and the depth that holds from each on. Before its first entry it says
-//! nothing, and the standing setpoint holds.
+//! A schedule is an increasing list of times since the run began, or of distances along the initial heading since then, each with the depth
+//! from there on. Before its first entry the parameter's setpoint applies.
 
 use crate::error::ScheduleError;
 use crate::manoeuvre::nanoseconds;
 
-/// Depths that follow each other.
+/// A sequence of depths.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Schedule {
     /// (nanoseconds since the run began, depth in m)
@@ -24,7 +23,7 @@ impl Default for Schedule {
 }
 
 impl Schedule {
-    /// The schedule that asks for `depths` (m, down) from `times` (s since the run began) on.
+    /// The schedule of `depths` (m, down) from `times` (s since the run began) on.
     ///
     /// # Errors
     /// [`ScheduleError`].
@@ -38,19 +37,17 @@ impl Schedule {
         Ok(Self::OverTime(entries.collect()))
     }
 
-    /// The schedule that asks for `depths` (m, down) from `distances` (m along the initial heading since
-    /// the run began) on.
+    /// The schedule of `depths` (m, down) from `distances` (m along the initial heading since the run began) on.
     ///
     /// # Errors
-    /// As [`Schedule::over_time`].
+    /// Like [`Schedule::over_time`].
     pub(crate) fn over_distance(distances: &[f64], depths: &[f64]) -> Result<Self, ScheduleError> {
         check("distance", "m", distances, depths)?;
         let entries = distances.iter().copied().zip(depths.iter().copied());
         Ok(Self::OverDistance(entries.collect()))
     }
 
-    /// The depth in force, m, `elapsed` nanoseconds and `distance` metres after the run began;
-    /// `None` before the first entry.
+    /// The scheduled depth, m, `elapsed` nanoseconds and `distance` metres after the run began; `None` before the first entry.
     #[must_use]
     pub(crate) fn depth(&self, elapsed: i64, distance: f64) -> Option<f64> {
         match self {

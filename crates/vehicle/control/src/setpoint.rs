@@ -5,11 +5,11 @@ use crate::limits::{bounded, slewed};
 /// The bounds of a setpoint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bounds {
-    /// The least it may be.
+    /// The minimum.
     pub min: f64,
-    /// The most it may be.
+    /// The maximum.
     pub max: f64,
-    /// How fast it may move, per second; 0 for at once.
+    /// The largest rate of change, per second; 0 for no limit.
     pub rate: f64,
 }
 
@@ -21,7 +21,7 @@ impl Bounds {
         rate: 0.0,
     };
 
-    /// The value within the bounds.
+    /// The value limited to the bounds.
     #[must_use]
     pub(crate) fn hold(&self, value: f64) -> f64 {
         value.clamp(self.min, self.max)
@@ -32,8 +32,7 @@ impl Bounds {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Commanded {
     value: f64,
-    /// When it was received on the topic, ns of the run; `None` for a live change of the parameter, which
-    /// does not expire.
+    /// The time of its reception on the topic, ns of the run; `None` for a live change of the parameter, which does not expire.
     received: Option<i64>,
 }
 
@@ -41,7 +40,7 @@ struct Commanded {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Setpoint {
     commanded: Option<Commanded>,
-    /// Where the moving setpoint stands; `None` while no loop follows it.
+    /// The present value of the moving setpoint; `None` while no loop follows it.
     position: Option<f64>,
 }
 
@@ -63,8 +62,7 @@ impl Setpoint {
         self.commanded = None;
     }
 
-    /// Forgets a command from the topic that is older than `timeout` seconds (0: never), and returns
-    /// whether it did.
+    /// Forgets a command from the topic that is older than `timeout` seconds (0: never); returns whether it did.
     pub(crate) fn expire(&mut self, timeout: f64, elapsed: i64) -> bool {
         let received = self.commanded.and_then(|commanded| commanded.received);
         let old = received.is_some_and(|at| (elapsed - at) as f64 * 1e-9 > timeout);
@@ -88,18 +86,18 @@ impl Setpoint {
             .is_some_and(|commanded| commanded.received.is_some())
     }
 
-    /// Nobody follows the setpoint now; followed again, it begins where the vehicle then is.
+    /// Marks the setpoint as not followed; when followed again, it begins at the vehicle's present value.
     pub(crate) fn release(&mut self) {
         self.position = None;
     }
 
-    /// Where the setpoint stood at the last tick; `None` when nobody followed it.
+    /// The setpoint at the last tick; `None` if no loop followed it.
     #[must_use]
     pub(crate) fn current_target(&self) -> Option<f64> {
         self.position
     }
 
-    /// The setpoint `dt` seconds on, on its way from where it stood, or from `present`, to `target`.
+    /// The setpoint `dt` seconds later, on its way from its last value, or from `present`, to `target`.
     pub(crate) fn follow(&mut self, target: f64, present: f64, bounds: Bounds, dt: f64) -> f64 {
         let from = bounds.hold(self.position.unwrap_or(present));
         let position = bounded(slewed(from, bounds.hold(target), bounds.rate, dt));
@@ -108,7 +106,7 @@ impl Setpoint {
     }
 }
 
-/// A quantity that an operator gives a setpoint for.
+/// A quantity for which an operator gives a setpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// m, down.
@@ -125,7 +123,7 @@ impl Quantity {
     /// Every quantity.
     pub const ALL: [Self; 4] = [Self::Depth, Self::Pitch, Self::Heading, Self::Speed];
 
-    /// Its name, as in the topic `NAME_setpoint`.
+    /// The name, as in the topic `NAME_setpoint`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -161,7 +159,7 @@ pub(crate) struct Setpoints {
 }
 
 impl Setpoints {
-    /// That of a quantity.
+    /// The setpoint of a quantity.
     pub(crate) fn get_mut(&mut self, quantity: Quantity) -> &mut Setpoint {
         match quantity {
             Quantity::Depth => &mut self.depth,

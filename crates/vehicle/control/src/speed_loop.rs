@@ -1,17 +1,16 @@
-//! The speed regulator: the commanded speed itself, and its error times a gain (Brunner, NPS thesis,
-//! 1988, ch. II.E, Fig. 22).
+//! The speed regulator: feed-forward of the commanded speed, plus a gain on its error (Brunner, NPS thesis, 1988, ch. II.E, Fig. 22).
 //!
 //! ```text
 //! u = F V_c + Kp (V_c - V)
 //! ```
-//! With the steady-state gain g from u to V this settles at `V/V_c = g (F + Kp) / (1 + g Kp)`: without an offset
-//! if and only if `F g = 1`. The report's motors and gains are lost.
+//! With the steady-state gain g from u to V the loop settles at `V/V_c = g (F + Kp) / (1 + g Kp)`: without an offset if and only if
+//! `F g = 1`. The report's motors and gains are lost.
 
 use planesman_units::FOOT;
 
 use crate::limits::bounded;
 
-/// The speed that full thrust is to give, m/s: 5 ft/s (Brunner 1988, p. 57).
+/// The speed at full thrust, m/s: 5 ft/s (Brunner 1988, p. 57).
 const DESIGN_SPEED: f64 = 5.0 * FOOT;
 
 /// The speed regulator: the parameters `speed.*`.

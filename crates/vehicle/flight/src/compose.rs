@@ -1,7 +1,7 @@
-//! The loop in one process: the nodes' cores called in turn, no DDS, no clock.
+//! The loop in one process: the nodes' cores are called in turn, without DDS and without a clock.
 //!
-//! It does per tick what ARCHITECTURE.md says the processes do, with the same messages,
-//! so its trajectories equal those of the lockstep loop over DDS bit for bit.
+//! A tick follows the rules of ARCHITECTURE.md with the same messages, so the trajectories equal those of the lockstep loop over DDS bit
+//! for bit.
 
 use std::sync::Arc;
 
@@ -23,62 +23,62 @@ use crate::parts::{
 };
 use crate::scenario::Scenario;
 
-/// Every message of the loop in one tick.
+/// All messages of the loop in one tick.
 #[derive(Clone, Debug)]
 pub struct Tick {
-    /// What holds for the whole flight, in its first tick.
+    /// Messages that are constant for the whole flight; only in its first tick.
     pub static_messages: Option<StaticMessages>,
-    /// The instant, also the stamp of every message.
+    /// Time of the tick, and stamp of every message.
     pub stamp: Time,
-    /// State and sensors of the vehicle at the stamp.
+    /// State and sensors of the vehicle at this time.
     pub observation: Observation,
-    /// The command of the controller.
+    /// Command of the controller.
     pub command: PlaneCommand,
-    /// The state of the controller.
+    /// State of the controller.
     pub control: ControlState,
-    /// What the controller asks of the thrusters, of a vehicle that has them.
+    /// Command of the controller to the thrusters, if the vehicle has any.
     pub thrusters: Option<ThrusterCommand>,
-    /// The estimated motion, when the controller does not use the true state.
+    /// Estimated motion, if the controller does not use the true state.
     pub estimate: Option<MotionEstimate>,
-    /// The motion of the actuator until the next stamp.
+    /// Motion of the actuator until the next stamp.
     pub actuator: Arc<dyn Motion>,
     /// Planes and rams.
     pub planes: Option<JointState>,
-    /// The planes it moves, a state each.
+    /// Groups of planes that the actuator moves.
     pub groups: &'static [Group],
-    /// The actuators inside.
+    /// State of each group's actuator.
     pub states: Vec<DhaState>,
-    /// The identified model, when one is due.
+    /// Identified models, if any are due.
     pub models: Vec<ModelEstimate>,
 }
 
-/// Of a tick the messages that pass between the parts, when nobody else is to read any.
+/// The part of a tick that the loop itself needs, without messages for other readers.
 #[derive(Clone, Debug)]
 pub struct Step {
-    /// The true state.
+    /// True state.
     pub state: VehicleState,
-    /// The answers to it.
+    /// Answers to it.
     pub answers: Answers,
 }
 
-/// The answers of controller, actuator and identifier to a state.
+/// Answers of controller, actuator and identifier to a state.
 #[derive(Clone, Debug)]
 pub struct Answers {
-    /// As of [`Tick::command`].
+    /// Same as [`Tick::command`].
     pub command: PlaneCommand,
-    /// As of [`Tick::control`].
+    /// Same as [`Tick::control`].
     pub control: ControlState,
-    /// As of [`Tick::actuator`].
+    /// Same as [`Tick::actuator`].
     pub actuator: Arc<dyn Motion>,
-    /// The identified model, when one is due.
+    /// Identified models, if any are due.
     pub models: Vec<Model>,
 }
 
 impl Tick {
-    /// Hands every message of the tick to `sink`, in the order in which the loop publishes them.
+    /// Sends every message of the tick to `sink`, in the order in which the loop publishes them.
     ///
     /// # Errors
-    /// When the sink cannot keep one.
+    /// If the sink cannot store a message.
     pub fn put_into<S: Sink>(&self, sink: &mut S) -> Result<(), S::Error> {
         let t = &self.stamp;
         let o = &self.observation;
@@ -116,32 +116,32 @@ impl Tick {
     }
 }
 
-/// The composed loop.
+/// The loop in one process.
 pub struct Loop {
     plant: Box<dyn Plant>,
     law: Box<dyn Law>,
     actuator: Box<dyn Actuator>,
     estimator: Box<dyn Estimator>,
     tick_nanos: i64,
-    /// The next tick.
+    /// Number of the next tick.
     k: i64,
-    /// Ticks in all.
+    /// Total number of ticks.
     ticks: u64,
 }
 
 impl Loop {
-    /// The loop of a scenario, before its first tick.
+    /// Creates the loop of a scenario, before its first tick.
     ///
     /// # Errors
-    /// When a vehicle, actuator or parameter set is refused.
+    /// If a vehicle, actuator or parameter set is refused.
     pub fn new(scenario: &Scenario) -> Result<Self> {
         Self::of_parts(&Parts::default(), scenario)
     }
 
-    /// As [`Loop::new`], of these parts.
+    /// As [`Loop::new`], with these parts.
     ///
     /// # Errors
-    /// As [`Loop::new`], and what a part's maker refuses.
+    /// As [`Loop::new`], and the refusals of the parts' constructors.
     pub fn of_parts(parts: &Parts, scenario: &Scenario) -> Result<Self> {
         Ok(Self {
             plant: parts.plant(scenario)?,
@@ -154,10 +154,10 @@ impl Loop {
         })
     }
 
-    /// One tick: everybody answers for the present stamp, then the vehicle moves on.
+    /// Runs one tick: all parts answer for the present stamp, then the vehicle advances.
     ///
     /// # Errors
-    /// When a part refuses what another said, or the vehicle's state would blow up.
+    /// If a part refuses another part's message, or the vehicle's state would diverge.
     pub fn tick(&mut self) -> Result<Tick> {
         let stamp = self.stamp();
         let static_messages = (self.k == 0)
@@ -193,10 +193,10 @@ impl Loop {
         })
     }
 
-    /// As [`Loop::tick`], without the messages that nobody in the loop reads.
+    /// As [`Loop::tick`], without the messages that only outside readers use.
     ///
     /// # Errors
-    /// Those of [`Loop::tick`].
+    /// As [`Loop::tick`].
     pub fn step(&mut self) -> Result<Step> {
         let stamp = self.stamp();
         if self.law.reads_instruments()
@@ -220,18 +220,18 @@ impl Loop {
         self.k.unsigned_abs() >= self.ticks
     }
 
-    /// The state at the present tick.
+    /// State at the present tick.
     #[must_use]
     pub fn state(&self) -> VehicleState {
         self.plant.state(self.stamp())
     }
 
-    /// The present tick's.
+    /// Stamp of the present tick.
     fn stamp(&self) -> Time {
         Time::from_nanos(self.k * self.tick_nanos)
     }
 
-    /// Everybody's answers to the present tick's state, on which the vehicle moves on.
+    /// Collects all parts' answers to the present state and advances the vehicle.
     fn answer(&mut self, state: &VehicleState) -> Result<Answers> {
         stop_point();
         let (command, control) = self

@@ -1,4 +1,4 @@
-//! What is refused, and what breaks off.
+//! Errors of scenarios, flights and sweeps.
 
 use std::io;
 
@@ -7,28 +7,28 @@ use planesman_bag::writer::WriteError;
 use planesman_parameters::Refusal;
 use planesman_text::yaml;
 
-/// Why a part refuses; the flight ends with it.
+/// Refusal by a part; it ends the flight.
 pub type PartError = Box<dyn std::error::Error + Send + Sync>;
 
 /// A result of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// Why a scenario, a flight or a sweep is refused, or breaks off.
+/// Error of a scenario, a flight or a sweep.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A name, a value or a combination of them that is refused, with the rule.
+    /// A refused name, value or combination, with the rule.
     #[error("{0}")]
     Refused(String),
-    /// What was under way; the source says why it was not done.
+    /// An operation that failed; the source gives the reason.
     #[error("{what}")]
     During {
-        /// A file, a node, a vehicle or an argument.
+        /// The file, node, vehicle or argument concerned.
         what: String,
         /// Why not.
         source: PartError,
     },
-    /// What a part of the loop refuses, with the node in whose place it is.
+    /// Refusal by a part of the loop, with the name of its node.
     #[error("{node}: {reason}")]
     Part {
         /// `plant_sim`, `depth_controller`, `dha_actuator` or `sysid`.
@@ -36,30 +36,30 @@ pub enum Error {
         /// Why.
         reason: PartError,
     },
-    /// A parameter's value that its declaration refuses, or a text that is no parameter file.
+    /// A parameter's value is refused, or a text is not a parameter file.
     #[error(transparent)]
     Parameter(#[from] Refusal),
-    /// A text that is no YAML of the form.
+    /// A text is not valid YAML, or not of the expected form.
     #[error(transparent)]
     Yaml(#[from] yaml::Error),
-    /// A file that cannot be read or written.
+    /// A file cannot be read or written.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// A file of a sweep that cannot be read or written.
+    /// A file of a sweep cannot be read or written.
     #[error(transparent)]
     Csv(#[from] csv::Error),
-    /// A bag that cannot be written.
+    /// A bag cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
-    /// A bag that cannot be read.
+    /// A bag cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// Numbers of which no step response or model can be made.
+    /// No step response or model can be computed from the numbers.
     #[error(transparent)]
     Linear(#[from] planesman_linear::Error),
 }
 
-/// An [`Error::Refused`] of a format string.
+/// Returns an [`Error::Refused`] from a format string.
 macro_rules! refused {
     ($($text:tt)*) => {
         $crate::Error::Refused(format!($($text)*))
@@ -75,9 +75,9 @@ macro_rules! refuse {
 
 pub(crate) use {refuse, refused};
 
-/// Says what was under way.
+/// Adds the operation that failed to an error.
 pub trait During<T> {
-    /// The error as the source of an [`Error::During`].
+    /// Wraps the error as the source of an [`Error::During`].
     ///
     /// # Errors
     /// That one.

@@ -1,8 +1,8 @@
-//! A flight read from its bag: the data of the summary and the page.
+//! Reads a flight from its bag: the data of the summary and the page.
 //!
-//! The bag is streamed: what is kept of a flight does not grow with its length. The same
-//! irregularities are tolerated as in the loop: a repeated tick counts once, a message that does not decode or whose
-//! stamp is out of order is skipped, a restart of the vehicle begins a new flight. [`Flight::notes`] lists each.
+//! The bag is streamed; the memory used does not grow with the length of the flight. The same irregularities are tolerated as in the loop.
+//! A repeated tick counts once. A message that does not decode, or whose stamp is out of order, is skipped. A restart of the vehicle begins
+//! a new flight. [`Flight::notes`] lists all irregularities.
 
 mod collected;
 
@@ -28,103 +28,103 @@ use collected::{
 pub(crate) use collected::HeldDepth;
 pub use collected::Points;
 
-/// Topics with lost messages that a note names.
+/// Largest number of topics with lost messages that a note names.
 const LOST_SHOWN: usize = 10;
 
-/// One flight; the last one of a bag with several.
+/// One flight: the last one if the bag has several.
 #[derive(Clone, Debug, Default)]
 pub struct Flight {
-    /// Messages per topic.
+    /// Number of messages per topic.
     pub counts: BTreeMap<String, u64>,
-    /// Why the bag is not whole, `None` when it is.
+    /// Reason why the bag is incomplete; `None` if it is complete.
     pub truncated: Option<String>,
-    /// Irregularities of the bag, a sentence each.
+    /// Irregularities of the bag, one sentence each.
     pub notes: Vec<String>,
-    /// Ticks, each counted once.
+    /// Number of ticks; a repeated tick counts once.
     pub ticks: u64,
-    /// Ticks without the actuator's answer.
+    /// Number of ticks without the actuator's answer.
     pub held_ticks: u64,
-    /// The last change of the depth setpoint; `None` without a state.
+    /// Last change of the depth setpoint; `None` without a state.
     pub step: Option<Step>,
-    /// The actuators, by the planes they move.
+    /// Actuators by the names of their groups.
     pub actuators: BTreeMap<String, Actuator>,
-    /// The last model of pitch rate over plane angle that calls itself valid; of several pairs' that of
-    /// sysid's first, or that which was published first.
+    /// Last valid model of pitch rate over plane angle. With several pairs it is the one of sysid's first pair, or else of the pair
+    /// published first.
     pub model: Option<ModelEstimate>,
-    /// Why the last of those models was not valid.
+    /// Reason why the last model was not valid.
     pub no_model: String,
-    /// What is drawn.
+    /// Data for the diagrams.
     pub time_histories: TimeHistories,
 }
 
-/// The last change of the depth setpoint, and the response.
+/// Last change of the depth setpoint, and the response.
 #[derive(Clone, Debug)]
 pub struct Step {
-    /// The last depth setpoint, m; without depth control that reached.
+    /// Last depth setpoint, m; without depth control the depth that was reached.
     pub setpoint: f64,
-    /// The response; `None` when there was no step to respond to.
+    /// Response; `None` without a step.
     pub response: Option<StepMetrics>,
-    /// The part of the flight that the response is judged in, s since the first state: from the step to the first test
-    /// signal after it; to the end where it has not settled by then.
+    /// Evaluated part of the flight, s since the first state: from the step to the first test signal after it, or to the end if the
+    /// response has not settled by then.
     pub judged: [f64; 2],
     /// Whether a test signal moved the planes in that part.
     pub is_disturbed: bool,
 }
 
-/// The data of one actuator.
+/// Data of one actuator.
 #[derive(Clone, Debug, Default)]
 pub struct Actuator {
     /// Pulses issued.
     pub pulses: u64,
-    /// Its energies at the last state; all 0 of a recording from before there were any.
+    /// Energies at the last state; 0 in a recording of a version without energies.
     pub energy: Energy,
-    /// Where its ram was then, m from neutral.
+    /// Position of the ram at the last state, m from neutral.
     pub ram: f64,
     /// Differential pressure across the ram, Pa.
     pub pressure: Points,
 }
 
-/// The time histories of a flight, as finely as a page can show them.
+/// Time histories of a flight, at the resolution of a page.
 #[derive(Clone, Debug, Default)]
 pub struct TimeHistories {
-    /// The true depth, m.
+    /// True depth, m.
     pub depth: Points,
-    /// The depth setpoint, m.
+    /// Depth setpoint, m.
     pub depth_setpoint: Points,
-    /// The true pitch, rad.
+    /// True pitch, rad.
     pub pitch: Points,
-    /// The pitch command, rad.
+    /// Pitch command, rad.
     pub pitch_command: Points,
-    /// The place along and to starboard of the initial heading, m.
+    /// Position along and to starboard of the initial heading, m.
     pub place: [Points; 2],
-    /// The true roll and yaw, rad.
+    /// True roll, rad.
     pub roll: Points,
-    /// As of `roll`.
+    /// True yaw, rad.
     pub yaw: Points,
-    /// The speed through the water, m/s.
+    /// Speed through the water, m/s.
     pub speed: Points,
-    /// The heading that is held, rad, while one is.
+    /// Heading setpoint, rad, while a heading is held.
     pub heading_setpoint: Points,
-    /// The rudder command, rad.
+    /// Rudder command, rad.
     pub rudder: Points,
-    /// The thrust command, a share of full thrust.
+    /// Thrust command, as a share of full thrust.
     pub thrust: Points,
-    /// The thrusters' commands, by their names.
+    /// Commands of the thrusters, by name.
     pub thrusters: Vec<(String, Points)>,
-    /// The plane angle as the actuator moved it, rad: of the whole flight and of its first seconds.
+    /// Plane angle of the actuator, rad: for the whole flight and for its first seconds.
     pub planes: [Points; 2],
-    /// The plane command, rad, likewise.
+    /// Plane command, rad: for the whole flight and for its first seconds.
     pub plane_command: [Points; 2],
-    /// The dominant pole's real and imaginary part as it was identified, 1/s.
+    /// Real and imaginary part of the identified dominant pole, 1/s.
     pub pole: [Points; 2],
 }
 
 impl Flight {
-    /// The flight in a bag. Topics are recognised by their last name; of several vehicles' those in the
-    /// namespace with the most states are taken.
+    /// Reads the flight in a bag. Topics are identified by their last name; with several vehicles, those in the namespace with the most
+    /// states are used.
     ///
     /// # Errors
-    /// When the path is no bag.
+    /// If the path is not a bag.
     pub fn read(path: &Path) -> Result<Self> {
         let bag = BagReader::open(path)?;
         let mut account = Account::new(&bag);
@@ -144,7 +144,7 @@ impl Flight {
     }
 }
 
-/// The messages that a bag holds, by topic.
+/// Number of messages in a bag, by topic.
 pub fn recorded(bag: &BagReader) -> BTreeMap<String, u64> {
     let mut counts = BTreeMap::new();
     for count in bag.topics() {
@@ -153,7 +153,7 @@ pub fn recorded(bag: &BagReader) -> BTreeMap<String, u64> {
     counts
 }
 
-/// A meter of the response to a setpoint from a depth, up to the time `end`; `None` where the vehicle was there already.
+/// Meter for the response to a setpoint from a depth, up to the time `end`; `None` if the vehicle was already there.
 pub(crate) fn step_meter(
     depth: f64,
     setpoint: f64,
@@ -165,11 +165,11 @@ pub(crate) fn step_meter(
         .transpose()
 }
 
-/// The data of all topics of a flight.
+/// Data of all topics of a flight.
 struct Account {
-    /// The namespace of the topics.
+    /// Namespace of the topics.
     namespace: String,
-    /// The stamp of the first message, ns; the origin of the times.
+    /// Stamp of the first message, ns; the origin of the times.
     origin: Option<i64>,
     states: Line<States>,
     controls: Line<Controls>,
@@ -177,10 +177,10 @@ struct Account {
     thrusters: Line<Thrusters>,
     motions: Line<Motions>,
     rams: BTreeMap<String, Line<Rams>>,
-    /// The first pair's models, and those of the first other pair that spoke, with its name.
+    /// Models of the first pair, and those of the first other pair, with its name.
     models: Line<Models>,
     other_models: Option<(String, Line<Models>)>,
-    /// By topic: messages that are left out, and what is wrong with the first.
+    /// By topic: number of skipped messages, and the problem of the first.
     refused: BTreeMap<String, (u64, String)>,
 }
 
@@ -293,8 +293,7 @@ impl Account {
         Ok(())
     }
 
-    /// The last change of the depth setpoint. Its response needs the times of its start and end, so the states
-    /// are read a second time.
+    /// Last change of the depth setpoint. Its response depends on the times of its start and end, so the states are read a second time.
     fn step(&self, bag: &BagReader, notes: &mut Vec<String>) -> Option<Step> {
         let states = &self.states.data;
         let (start, end) = states.span?;
@@ -315,7 +314,7 @@ impl Account {
         })
     }
 
-    /// The response to a step at `since`, judged up to `end`.
+    /// Response to a step at `since`, evaluated up to `end`.
     fn response(
         &self,
         bag: &BagReader,
@@ -396,12 +395,12 @@ impl Account {
         }
     }
 
-    /// The irregularities of the bag.
+    /// Irregularities of the bag.
     fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         let refused = self.refused.iter();
         notes.extend(refused.map(|(topic, (count, reason))| {
-            format!("{topic}: {count} skipped, the first because {reason}")
+            format!("{topic}: {count} skipped; the first because {reason}")
         }));
         let lines = [
             ("state", self.states.order.statistics),
@@ -431,7 +430,8 @@ impl Account {
             }
             if restarts > 0 {
                 notes.push(format!(
-                    "{}{name}: time went back {restarts} times; only the flight after that is shown",
+                    "{}{name}: time went back {restarts} times; only the flight after the last \
+                     restart is shown",
                     self.namespace
                 ));
             }
@@ -440,9 +440,9 @@ impl Account {
     }
 }
 
-/// The response to a step, from the states read again.
+/// Response to a step, from the states, which are read again.
 struct Response {
-    /// The first state, the end of the judged part, and the step, ns.
+    /// First state, end of the evaluated part, and step, ns.
     start: i64,
     end: i64,
     since: i64,
@@ -451,10 +451,10 @@ struct Response {
     measured: Measured,
 }
 
-/// The progress of measuring a response.
+/// State of the measurement of a response.
 enum Measured {
     NotBegun,
-    /// The vehicle was at its setpoint.
+    /// The vehicle was already at its setpoint.
     NoStep,
     By(Box<StepMeter>),
     Failed(planesman_linear::Error),
@@ -498,7 +498,7 @@ impl Response {
     }
 }
 
-/// Hands every message to `take`; returns what ended them early.
+/// Passes every message to `take`; returns the error that ended the reading early.
 fn each(
     messages: &mut Messages<'_>,
     mut take: impl FnMut(&planesman_bag::Message),
@@ -512,7 +512,7 @@ fn each(
     None
 }
 
-/// The origin, which the first message of all sets.
+/// Origin of the times; the first message sets it.
 fn begun(origin: &mut Option<i64>, message: &impl Stamped) -> i64 {
     *origin.get_or_insert(message.stamp())
 }
@@ -537,10 +537,10 @@ fn is_of_a_ram(name: &str) -> bool {
         .is_some_and(|group| !group.contains('/'))
 }
 
-/// Why a message of a bag is passed over.
+/// Reason why a message of a bag is skipped.
 #[derive(Debug, thiserror::Error)]
 enum Unreadable {
-    #[error("it is a {0}, not a {1}")]
+    #[error("its type is {0}, not {1}")]
     OfAnotherType(String, &'static str),
     #[error(transparent)]
     Cdr(#[from] cdr::Error),
@@ -550,7 +550,7 @@ enum Unreadable {
     TooManyActuators,
 }
 
-/// The state of an actuator. One of a version before it had energies ends in front of them: they are 0.
+/// State of an actuator. A message of a version without energies is shorter: its energies are 0.
 fn ram_state(kind: &TopicKind, payload: &[u8]) -> Result<DhaState, Unreadable> {
     let state = decode(&kind.type_name, payload);
     if kind.type_hash == DhaState::TYPE_HASH {
@@ -565,7 +565,7 @@ fn ram_state(kind: &TopicKind, payload: &[u8]) -> Result<DhaState, Unreadable> {
     })
 }
 
-/// The message in a payload of messages called `type_name`, if it is one that a node would take.
+/// Decodes a message of type `type_name` from a payload, by the same rules as a node.
 fn decode<M: Message>(type_name: &str, payload: &[u8]) -> Result<M, Unreadable> {
     if type_name != M::TYPE_NAME {
         let type_name = type_name.to_owned();

@@ -1,4 +1,4 @@
-//! A scenario simulated in one process, as fast as possible, into a file.
+//! Simulates a scenario in one process, as fast as possible, and writes a file.
 
 use std::path::Path;
 
@@ -10,10 +10,10 @@ use crate::parts::Parts;
 use crate::scenario::Scenario;
 use crate::sink::{CsvSink, McapSink};
 
-/// Flies `scenario` into `out`, an `.mcap` or a `.csv` file; returns the ticks flown.
+/// Simulates `scenario` and writes `out`, an `.mcap` or a `.csv` file; returns the number of ticks.
 ///
 /// # Errors
-/// When the file's kind is unknown, the path is taken, or a part of the loop refuses.
+/// If the file's kind is unknown, the path exists, or a part of the loop refuses.
 pub fn fly(
     scenario: &Scenario,
     parts: &Parts,
@@ -24,10 +24,10 @@ pub fn fly(
     fly_into(scenario, parts, out, namespace, progress, false)
 }
 
-/// The same in the place of a file that may be there, which stays until the flight is over.
+/// As [`fly`], but replaces an existing file after the flight is complete.
 ///
 /// # Errors
-/// As [`fly`], but for a path that is taken.
+/// As [`fly`], except that the path may exist.
 pub fn fly_over(
     scenario: &Scenario,
     parts: &Parts,
@@ -54,7 +54,10 @@ fn fly_into(
     let mut sink = match out.extension().and_then(|e| e.to_str()) {
         Some("mcap") => Out::Mcap(Box::new(McapSink::create(out, namespace, replaces)?)),
         Some("csv") => Out::Csv(CsvSink::create(out, replaces)?),
-        _ => refuse!("'{}': the output is named *.mcap or *.csv", out.display()),
+        _ => refuse!(
+            "'{}': refused as output; name it *.mcap or *.csv",
+            out.display()
+        ),
     };
     progress.begin("ticks", scenario.ticks(), 0);
     let flown = flight.try_fold(0, |ticks, tick| -> Result<u64> {

@@ -1,12 +1,12 @@
-//! One topic's messages in the order of their stamps, with one message of look-ahead.
+//! Sorts one topic's messages by stamp, with one message of look-ahead.
 //!
-//! A loop that was held up says a tick again, a foreign message may bear any stamp, and a vehicle that was reset
-//! begins at zero once more. One message ahead is enough to tell these apart without keeping the flight.
+//! A loop that was held up repeats a tick, a foreign message may have any stamp, and a vehicle that was reset begins at zero again. One
+//! message of look-ahead distinguishes these cases without storing the flight.
 
-/// Messages of one topic on their way into the order of their stamps.
+/// Messages of one topic, to be sorted by stamp.
 #[derive(Clone, Debug)]
 pub struct InOrder<M> {
-    /// The stamps of the first and the last message handed on since time last went back, ns.
+    /// Stamps of the first and the last message returned since time last went back, ns.
     first: Option<i64>,
     last: Option<i64>,
     /// The message that waits for the next one.
@@ -18,15 +18,15 @@ pub struct InOrder<M> {
 /// Messages out of plain order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ReorderStatistics {
-    /// Messages with the stamp of another: sent again, counted once.
+    /// Number of messages that repeat a stamp; they count once.
     pub repeated: u64,
-    /// Single messages whose stamps are out of line with those about them, and which are left out.
+    /// Number of single messages whose stamps do not fit their neighbours; they are skipped.
     pub out_of_line: u64,
     /// Number of restarts of the time.
     pub restarts: u64,
 }
 
-/// A message whose place is clear.
+/// A message whose order is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next<M> {
     /// It follows the last one.
@@ -47,7 +47,7 @@ impl<M> Default for InOrder<M> {
 }
 
 impl<M> InOrder<M> {
-    /// Takes the message with the stamp `stamp` (ns), as it lies in the bag; the one before may then be clear.
+    /// Adds the message with the stamp `stamp` (ns), in the order of the bag; returns the one before if its order is now known.
     pub fn take(&mut self, stamp: i64, message: M) -> Option<Next<M>> {
         let Some((waiting, _)) = self.waiting else {
             self.waiting = Some((stamp, message));
@@ -79,13 +79,13 @@ impl<M> InOrder<M> {
         }
     }
 
-    /// Whether any message has come.
+    /// Whether any message was added.
     #[must_use]
     pub fn has_begun(&self) -> bool {
         self.last.is_some() || self.waiting.is_some()
     }
 
-    /// The message that waited for another.
+    /// Returns the message that still waits.
     pub fn finish(&mut self) -> Option<Next<M>> {
         let (waiting, message) = self.waiting.take()?;
         if self.last.is_none_or(|last| waiting > last) {
@@ -95,7 +95,7 @@ impl<M> InOrder<M> {
         }
     }
 
-    /// Whether a stamp that is behind looks like a new beginning.
+    /// Whether an earlier stamp looks like a restart.
     fn is_nearer_to_the_first(&self, stamp: i64) -> bool {
         self.first
             .zip(self.last)

@@ -1,14 +1,15 @@
-//! Flies a vehicle in this process: scenario, loop, bag, summary, sweep.
+//! Simulates a vehicle in this process: scenario, loop, bag, summary, sweep.
 //!
-//! - [`Scenario`]: what is flown, from a file or a built-in one, checked as the nodes check it ([`nodes`]); as a parameter file ([`parameter_file()`](parameter_file::parameter_file)).
-//! - [`compose`]: the loop of plant, controller, actuator and identifier, tick by tick. Its messages equal those of the nodes over DDS
-//!   bit for bit.
-//! - [`parts`]: a plant, law, actuator or estimator of one's own in their places.
-//! - [`fly()`]: a scenario flown into a bag or a CSV file ([`sink`]).
-//! - [`flight`], [`summary`]: what happened, from a bag.
-//! - [`Error`]: what is refused, and what breaks off.
-//! - [`titles`]: the names of quantities and columns for people.
-//! - [`sweep`]: a scenario flown many times, with other parameters and seeds.
+//! - [`Scenario`]: a scenario from a file or a built-in one, checked with the nodes' own checks ([`nodes`]);
+//!   [`parameter_file()`](parameter_file::parameter_file) writes it as a parameter file.
+//! - [`compose`]: the loop of plant, controller, actuator and identifier, tick by tick. Its messages equal those of the nodes over DDS bit
+//!   for bit.
+//! - [`parts`]: traits for your own plant, law, actuator or estimator.
+//! - [`fly()`]: simulates a scenario into a bag or a CSV file ([`sink`]).
+//! - [`flight`], [`summary`]: the results of a flight from its bag.
+//! - [`Error`]: refusals and failures.
+//! - [`titles`]: display names of quantities and columns.
+//! - [`sweep`]: many simulations of a scenario with different parameters and seeds.
 
 pub mod compose;
 mod error;

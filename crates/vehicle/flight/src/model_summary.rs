@@ -1,28 +1,28 @@
-//! What is compared of an identified model and the true one: poles and gains.
+//! Poles and gains for the comparison of an identified model with the true one.
 
 use planesman_linear::{Complex, ComplexFunctions as _, by_decay, is_sampling_artefact, mode_text};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
-/// The characteristics of a transfer function that are compared.
+/// Characteristics of a transfer function for a comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelSummary {
     /// Continuous poles, 1/s, slowest first ([`by_decay`]).
     pub poles: Vec<Complex<f64>>,
     /// Steady-state gain, output unit per input unit; `None` with a pole at s = 0.
     pub steady_state_gain: Option<f64>,
-    /// First Markov parameter: the response to a unit input after one sample, output unit per input unit.
+    /// First Markov parameter: the response to a unit pulse after one sample, output unit per input unit.
     pub first_markov_parameter: f64,
 }
 
 impl ModelSummary {
-    /// The dominant pole: the slowest; of a pair the one with the positive imaginary part.
+    /// The dominant pole, which is the slowest; of a pair the one with the positive imaginary part.
     #[must_use]
     pub fn dominant(&self) -> Option<Complex<f64>> {
         let slowest = *self.poles.first()?;
         Some(Complex::new(slowest.re, slowest.im.abs()))
     }
 
-    /// What the poles do, slowest first, a pair once.
+    /// Descriptions of the modes, slowest first; a complex pair is one mode.
     #[must_use]
     pub fn modes(&self) -> Vec<String> {
         let once = self.poles.iter().filter(|pole| pole.im >= 0.0);
@@ -30,7 +30,7 @@ impl ModelSummary {
     }
 }
 
-/// The characteristics of an estimate.
+/// Characteristics of an estimate.
 #[must_use]
 pub fn identified(model: &ModelEstimate) -> ModelSummary {
     let poles = model
@@ -48,7 +48,7 @@ pub fn identified(model: &ModelEstimate) -> ModelSummary {
     }
 }
 
-/// Poles in s in the order of [`by_decay`], the artefacts of a sampling time (s; 0 for none) last.
+/// Poles in s in the order of [`by_decay`]; the artefacts of a sampling time (s; 0 for none) come last.
 #[must_use]
 pub fn slowest_first(mut poles: Vec<Complex<f64>>, sample_time: f64) -> Vec<Complex<f64>> {
     let is_artefact =

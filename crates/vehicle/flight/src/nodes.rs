@@ -1,4 +1,4 @@
-//! The nodes by name, their parameters declared and checked.
+//! The nodes by name, with declaration and check of their parameters.
 
 use planesman_control::{Controller, ControllerParameters};
 use planesman_hydraulics::{Actuator, ActuatorParameters};
@@ -10,17 +10,17 @@ use planesman_text::did_you_mean;
 
 use crate::error::{PartError, Result, refuse};
 
-/// A node as a scenario sees it.
+/// A node in a scenario.
 struct Node {
     name: &'static str,
     declarations: fn() -> Vec<Declaration>,
-    /// Whether it would start with these parameters.
+    /// Checks that the node would start with these parameters.
     check: fn(&Values) -> Result<(), PartError>,
-    /// Its parameters that name a file, or something built in.
+    /// Parameters that name a file, or something built in.
     files: &'static [&'static str],
 }
 
-/// The nodes, in the order in which they are started.
+/// The nodes in the order of their start.
 const TABLE: [Node; 5] = [
     Node {
         name: "recorder",
@@ -64,7 +64,7 @@ const TABLE: [Node; 5] = [
     },
 ];
 
-/// The nodes whose parameters a scenario sets, in the order in which they are started.
+/// The nodes whose parameters a scenario sets, in the order of their start.
 pub const NODES: [&str; 5] = [
     TABLE[0].name,
     TABLE[1].name,
@@ -73,14 +73,13 @@ pub const NODES: [&str; 5] = [
     TABLE[4].name,
 ];
 
-/// The default namespace. Its time is on `/clock`; other namespaces have a clock topic of their own, so that several
-/// vehicles can run in one domain.
+/// The default namespace. Its time is on `/clock`; other namespaces have their own clock topic, so several vehicles can run in one domain.
 pub const NAMESPACE: &str = "/auv";
 
-/// The node of that name, or all.
+/// The node of that name, or all nodes.
 ///
 /// # Errors
-/// When there is no such node.
+/// If no such node exists.
 pub fn chosen(node: Option<&str>) -> Result<Vec<&'static str>> {
     let nodes = NODES.into_iter();
     let nodes: Vec<_> = nodes
@@ -88,7 +87,7 @@ pub fn chosen(node: Option<&str>) -> Result<Vec<&'static str>> {
         .collect();
     if let (Some(name), []) = (node, nodes.as_slice()) {
         refuse!(
-            "there is no node '{name}'; there are {}{}",
+            "unknown node '{name}'; known: {}{}",
             NODES.join(", "),
             did_you_mean(name, NODES)
         );
@@ -96,21 +95,21 @@ pub fn chosen(node: Option<&str>) -> Result<Vec<&'static str>> {
     Ok(nodes)
 }
 
-/// The parameters that the node `name` declares, `None` when there is no such node.
+/// Parameters that the node `name` declares; `None` if no such node exists.
 #[must_use]
 pub fn declarations(name: &str) -> Option<Vec<Declaration>> {
     named(name).map(|node| (node.declarations)())
 }
 
-/// Whether the node `name` would start with these parameters; true of an unknown node.
+/// Checks that the node `name` would start with these parameters; accepts an unknown node.
 ///
 /// # Errors
-/// The refusal, with its reason.
+/// The node's refusal.
 pub fn validate(name: &str, values: &Values) -> Result<(), PartError> {
     named(name).map_or(Ok(()), |node| (node.check)(values))
 }
 
-/// The parameters that name a file, or something built in, each with its node.
+/// Parameters that name a file, or something built in, each with its node.
 pub(crate) fn files() -> impl Iterator<Item = (&'static str, &'static str)> {
     let nodes = TABLE.iter();
     nodes.flat_map(|node| node.files.iter().map(|parameter| (node.name, *parameter)))
@@ -120,7 +119,7 @@ fn named(name: &str) -> Option<&'static Node> {
     TABLE.iter().find(|node| node.name == name)
 }
 
-/// Whether a node is made of these parameters.
+/// Checks that a node can be created from these parameters.
 fn check<P: Parameters, T, E: Into<PartError>>(
     values: &Values,
     make: impl Fn(&P) -> Result<T, E>,

@@ -1,4 +1,4 @@
-//! The nodes' parameters as a ROS 2 parameter file, with units and ranges for its reader.
+//! The nodes' parameters as a ROS 2 parameter file, with units and ranges as comments.
 
 use planesman_parameters::{Declaration, Value};
 
@@ -6,11 +6,11 @@ use crate::error::Result;
 use crate::nodes::{chosen, declarations};
 use crate::scenario::Scenario;
 
-/// Every parameter of one node, or of all, as a ROS 2 parameter file for any namespace: at its
-/// default, or at the scenario's value; unit and range beside it.
+/// Returns all parameters of one node, or of all nodes, as a ROS 2 parameter file for any namespace. The values are the scenario's, or else
+/// the defaults; a comment gives unit and range.
 ///
 /// # Errors
-/// When there is no such node.
+/// If no such node exists.
 pub fn parameter_file(node: Option<&str>, scenario: Option<&Scenario>) -> Result<String> {
     let nodes = chosen(node)?;
     let mut text = match scenario {
@@ -42,7 +42,7 @@ pub fn parameter_file(node: Option<&str>, scenario: Option<&Scenario>) -> Result
     Ok(text)
 }
 
-/// Unit, range and mutability of a value: `m/s, 0 to 5, fixed at start`.
+/// Unit, range and mutability of a parameter: `m/s, 0 to 5, fixed at start`.
 #[must_use]
 pub fn rules(d: &Declaration) -> String {
     let mut rules = Vec::new();
@@ -65,7 +65,7 @@ pub fn rules(d: &Declaration) -> String {
     rules.join(", ")
 }
 
-/// A bound for a reader: angles by their names, and no rows of zeros.
+/// A bound as text, without long rows of zeros; angles such as pi by name.
 fn brief(bound: f64) -> String {
     use std::f64::consts::{FRAC_PI_2, PI, TAU};
     let sign = if bound < 0.0 { "-" } else { "" };
@@ -86,7 +86,7 @@ fn brief(bound: f64) -> String {
     }
 }
 
-/// A value as every YAML reader takes it; those of YAML 1.1 see no number in `1e18`.
+/// A value that every YAML parser reads correctly; parsers of YAML 1.1 do not read `1e18` as a number.
 fn yaml(value: &Value) -> String {
     let text = value.to_string();
     match (value, text.split_once('e')) {

@@ -1,10 +1,10 @@
-//! The parts of the loop as traits: a plant, a law, an actuator or an estimator of one's own flies in it.
+//! The parts of the loop as traits: implement a plant, law, actuator or estimator of your own.
 //!
 //! ```text
 //! Plant -> state, instruments -> Law -> plane command -> Actuator -> plane motion -> Plant
 //!                                          state, plane motion -> Estimator -> models -> Law
 //! ```
-//! [`Parts`] makes them for a scenario: the built-in ones, but for those that are replaced.
+//! [`Parts`] creates them for a scenario: the built-in parts, except those you replace.
 
 use std::fmt;
 use std::sync::Arc;
@@ -29,29 +29,29 @@ use crate::scenario::Scenario;
 pub struct Observation {
     /// The truth.
     pub state: VehicleState,
-    /// What the instruments read.
+    /// Readings of the instruments.
     pub instruments: Option<Instruments>,
-    /// The truth in ROS frames.
+    /// True pose in ROS frames.
     pub pose: Option<Pose>,
 }
 
 /// The vehicle and its instruments.
 pub trait Plant: Send {
-    /// The state at the present tick, which falls on `stamp`. Depth and distance \[m\], angles \[rad\], depth positive down.
+    /// State at the present tick, whose time is `stamp`. Depth and distance \[m\], angles \[rad\], depth positive down.
     fn state(&self, stamp: Time) -> VehicleState;
 
-    /// Moves on by one tick along `motion`.
+    /// Advances by one tick along `motion`.
     ///
     /// # Errors
-    /// A motion that it refuses, or a state that would not be finite.
+    /// If the motion is refused, or the state would not be finite.
     fn advance(&mut self, motion: &PlaneMotion) -> Result<(), PartError>;
 
-    /// What the instruments read at the present tick; a plant without them has none.
+    /// Readings of the instruments at the present tick; `None` for a plant without instruments.
     fn instruments(&mut self, _stamp: Time) -> Option<Instruments> {
         None
     }
 
-    /// Everything there is to publish of the present tick.
+    /// Everything that the plant publishes at the present tick.
     fn observe(&mut self, stamp: Time) -> Observation {
         Observation {
             state: self.state(stamp.clone()),
@@ -60,35 +60,35 @@ pub trait Plant: Send {
         }
     }
 
-    /// What holds for the whole flight.
+    /// Messages that are constant for the whole flight.
     fn static_messages(&self) -> Option<StaticMessages> {
         None
     }
 
-    /// Takes the thrusters' commands, from the present tick on.
+    /// Sets the thrusters' commands from the present tick on.
     ///
     /// # Errors
-    /// Commands that it refuses.
+    /// If the commands are refused.
     fn set_thrusters(&mut self, _command: &ThrusterCommand) -> Result<(), PartError> {
         Ok(())
     }
 }
 
-/// A control law: the vehicle's state in, a plane command out.
+/// A control law: vehicle state in, plane command out.
 pub trait Law: Send {
-    /// The command that answers `state`, of the same stamp, and what led to it.
+    /// Returns the command that answers `state`, with the same stamp, and the controller's state.
     ///
     /// # Errors
-    /// A state that it refuses.
+    /// If the state is refused.
     fn on_state(&mut self, state: &VehicleState)
     -> Result<(PlaneCommand, ControlState), PartError>;
 
-    /// Whether it uses the instruments; they are read then, before each state.
+    /// Whether it uses the instruments; they are then read before each state.
     fn reads_instruments(&self) -> bool {
         false
     }
 
-    /// Takes the instruments' readings, before the state of their stamp.
+    /// Receives the instruments' readings, before the state of the same stamp.
     fn on_instruments(&mut self, _instruments: &Instruments) {}
 
     /// Whether it uses identified models.
@@ -96,21 +96,21 @@ pub trait Law: Send {
         false
     }
 
-    /// Takes an identified model.
+    /// Receives an identified model.
     fn on_model(&mut self, _model: ModelEstimate) {}
 
-    /// The motion that it has estimated for its last answer.
+    /// Estimated motion of its last answer.
     fn estimate(&self) -> Option<&MotionEstimate> {
         None
     }
 
-    /// What it asks of the thrusters with its last answer.
+    /// Thruster commands of its last answer.
     fn thrusters(&self) -> Option<&ThrusterCommand> {
         None
     }
 }
 
-/// The answer of a law that holds a depth by the dive planes alone: `dive_planes` \[rad\], positive dive, `depth_setpoint` \[m\].
+/// Answer of a law that holds a depth with the dive planes only: `dive_planes` \[rad\], positive dive, `depth_setpoint` \[m\].
 #[must_use]
 pub fn dive(
     state: &VehicleState,
@@ -136,23 +136,23 @@ pub fn dive(
     (command, control)
 }
 
-/// What moves the planes.
+/// The planes' actuator.
 pub trait Actuator: Send {
-    /// The motion over the tick that begins at the command's stamp.
+    /// Returns the motion over the tick that begins at the command's stamp.
     ///
     /// # Errors
-    /// A command that it refuses.
+    /// If the command is refused.
     fn on_command(&mut self, command: &PlaneCommand) -> Result<Arc<dyn Motion>, PartError>;
 
-    /// The groups of planes whose states [`Motion::states`] are.
+    /// Groups of planes whose states [`Motion::states`] returns.
     fn groups(&self) -> &'static [Group] {
         &[]
     }
 }
 
-/// The planes over a tick.
+/// Motion of the planes over a tick.
 pub trait Motion: fmt::Debug + Send + Sync {
-    /// The plane angles over the tick \[rad\].
+    /// Plane angles over the tick \[rad\].
     fn motion(&self) -> &PlaneMotion;
 
     /// Planes and rams by name, at the stamp.
@@ -160,33 +160,33 @@ pub trait Motion: fmt::Debug + Send + Sync {
         None
     }
 
-    /// The state of the actuator of each group.
+    /// State of each group's actuator.
     fn states(&self) -> Vec<DhaState> {
         Vec::new()
     }
 
-    /// The mean hydraulic power over the tick \[W\].
+    /// Mean hydraulic power over the tick \[W\].
     fn hydraulic_power(&self) -> f64 {
         0.0
     }
 
-    /// Calibrated volumes commanded since the start.
+    /// Commanded calibrated volumes since the start.
     fn pulses(&self) -> u64 {
         0
     }
 
-    /// The energies of all actuators since the start.
+    /// Energies of all actuators since the start.
     fn energy(&self) -> Option<Energy> {
         None
     }
 }
 
-/// What identifies the vehicle while it flies.
+/// Identifies the vehicle during the flight.
 pub trait Estimator: Send {
-    /// Takes a state and the motion that answers it; the estimates that are due then.
+    /// Receives a state and the motion that answers it; returns the estimates that are due.
     ///
     /// # Errors
-    /// A signal that it cannot read.
+    /// If it cannot read a signal.
     fn learn(
         &mut self,
         state: &VehicleState,
@@ -194,17 +194,17 @@ pub trait Estimator: Send {
     ) -> Result<Vec<Model>, PartError>;
 }
 
-/// An identified model, made where somebody reads it.
+/// An identified model, computed only when it is read.
 #[derive(Clone, Debug)]
 pub enum Model {
-    /// One of [`Identifier`].
+    /// An estimate of [`Identifier`] that is still to be computed.
     Due(Box<DueEstimate>),
-    /// One at hand.
+    /// A computed model.
     Made(Box<ModelEstimate>),
 }
 
 impl Model {
-    /// The name of its pair of signals.
+    /// Name of its pair of signals.
     #[must_use]
     pub fn name(&self) -> &str {
         match self {
@@ -213,7 +213,7 @@ impl Model {
         }
     }
 
-    /// The model; `None` where a number of it is not finite.
+    /// The model; `None` if one of its numbers is not finite.
     #[must_use]
     pub fn estimate(&self) -> Option<ModelEstimate> {
         match self {
@@ -347,10 +347,10 @@ impl Estimator for Identifier {
     }
 }
 
-/// Makes a part for a scenario.
+/// Creates a part for a scenario.
 type Make<T> = Arc<dyn Fn(&Scenario) -> Result<Box<T>> + Send + Sync>;
 
-/// The parts of a loop: those that the scenario's parameters describe, but for those that are replaced.
+/// The parts of a loop: those that the scenario's parameters describe, except replaced ones.
 #[derive(Clone)]
 pub struct Parts {
     plant: Make<dyn Plant>,
@@ -365,12 +365,12 @@ impl fmt::Debug for Parts {
     }
 }
 
-/// A refusal, with the node's name.
+/// Converts a refusal, with the node's name.
 fn refused_by<E: fmt::Display>(node: &'static str) -> impl Fn(E) -> Error {
     move |e| refused!("node {node}: {e}")
 }
 
-/// What a part or its maker refuses, with the name of the node in whose place it is.
+/// Converts the refusal of a part or its constructor, with the name of the node it replaces.
 pub(crate) fn in_place_of<R: Into<PartError>>(node: &'static str) -> impl Fn(R) -> Error {
     move |reason| Error::Part {
         node,
@@ -411,7 +411,7 @@ impl Default for Parts {
 }
 
 impl Parts {
-    /// The same with another plant, made anew for each flight.
+    /// Replaces the plant; `make` is called for each flight.
     #[must_use]
     pub fn with_plant<P: Plant + 'static, R: Into<PartError>>(
         self,
@@ -424,7 +424,7 @@ impl Parts {
         Self { plant, ..self }
     }
 
-    /// The same with another law, made anew for each flight.
+    /// Replaces the law; `make` is called for each flight.
     #[must_use]
     pub fn with_law<L: Law + 'static, R: Into<PartError>>(
         self,
@@ -437,7 +437,7 @@ impl Parts {
         Self { law, ..self }
     }
 
-    /// The same with another actuator, made anew for each flight.
+    /// Replaces the actuator; `make` is called for each flight.
     #[must_use]
     pub fn with_actuator<A: Actuator + 'static, R: Into<PartError>>(
         self,
@@ -450,7 +450,7 @@ impl Parts {
         Self { actuator, ..self }
     }
 
-    /// The same with another estimator, made anew for each flight.
+    /// Replaces the estimator; `make` is called for each flight.
     #[must_use]
     pub fn with_estimator<E: Estimator + 'static, R: Into<PartError>>(
         self,

@@ -1,7 +1,7 @@
-//! A scenario file: duration, sampling time, seed, and parameters per node.
+//! Scenario files: duration, sampling time, seed, and parameters per node.
 //!
-//! The same file feeds the processes over DDS (as a ROS 2 parameter file) and the
-//! in-process composition, through the same declarations and the same checks.
+//! The same file serves the processes over DDS (as a ROS 2 parameter file) and the loop in one process, with the same declarations and
+//! checks.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ use serde::Deserialize;
 
 use crate::nodes::{self, NODES};
 
-/// The scenarios that come with the program: name and text.
+/// Built-in scenarios: name and text.
 pub const BUILTIN: &[(&str, &str)] = &[
     (
         "bluerov2",
@@ -59,23 +59,23 @@ pub fn builtin_names() -> Vec<&'static str> {
     BUILTIN.iter().map(|(name, _)| *name).collect()
 }
 
-/// What is flown: duration, sampling time, seed, and a value for each parameter that is not at its declared default.
+/// A scenario: duration, sampling time, seed, and the parameters that differ from their defaults.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenario {
     description: String,
-    /// Duration, s of vehicle time.
+    /// Duration, s of simulated time.
     pub duration: f64,
-    /// The sampling time of the loop, s.
+    /// Sampling time of the loop, s.
     pub tick: f64,
-    /// The seed of everything random.
+    /// Seed of all random numbers.
     pub seed: u32,
-    /// Per node the parameters that are given, by their full names, in the types that are declared.
+    /// For each node the given parameters, by full name, in their declared types.
     parameters: BTreeMap<&'static str, BTreeMap<String, Value>>,
-    /// The parameters that were set after the file was written, each once.
+    /// Parameters that were set after the file was written, each once.
     changed: Vec<ParameterName>,
 }
 
-/// A scenario as its file has it.
+/// Content of a scenario file.
 #[derive(Deserialize)]
 #[serde(
     deny_unknown_fields,
@@ -103,32 +103,32 @@ fn default_seed() -> u32 {
     1
 }
 
-/// A parameter of a node, as the command line names it: `NODE.PARAMETER`.
+/// A parameter of a node, as on the command line: `NODE.PARAMETER`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ParameterName {
     /// The node.
     pub node: &'static str,
-    /// The parameter, dots between levels.
+    /// Name of the parameter, with dots between levels.
     pub name: String,
 }
 
 impl ParameterName {
-    /// The parameter and the text behind it, of `NODE.PARAMETER=TEXT`.
+    /// Splits `NODE.PARAMETER=TEXT` into the parameter and the text.
     ///
     /// # Errors
-    /// When it is not of that form, or there is no such node.
+    /// If the form is wrong or no such node exists.
     pub fn split(change: &str) -> Result<(Self, &str)> {
         let (name, text) = change
             .split_once('=')
             .filter(|(name, _)| name.contains('.'))
-            .ok_or_else(|| refused!("NODE.PARAMETER=VALUE is expected"))?;
+            .ok_or_else(|| refused!("refused; NODE.PARAMETER=VALUE is expected"))?;
         Ok((name.parse()?, text))
     }
 
     /// Its declaration.
     ///
     /// # Errors
-    /// When the node declares no such parameter.
+    /// If the node declares no such parameter.
     pub fn declaration(&self) -> Result<Declaration> {
         let declared = nodes::declarations(self.node).unwrap_or_default();
         if let Some(declaration) = declared.iter().find(|it| it.name == self.name) {
@@ -138,11 +138,10 @@ impl ParameterName {
         refuse!("{} has no parameter '{}'{meant}", self.node, self.name)
     }
 
-    /// A value as the command line writes it: as in a scenario, or a number with a unit of the parameter's dimension
-    /// (`1ft/s`).
+    /// Parses a value from the command line: as in a scenario, or a number with a unit of the parameter's dimension (`1ft/s`).
     ///
     /// # Errors
-    /// When the text is no YAML value of a ROS type, or the parameter's declaration refuses it.
+    /// If the text is not a YAML value of a ROS type, or the parameter's declaration refuses it.
     pub fn value(&self, text: &str) -> Result<Value> {
         let declaration = self.declaration()?;
         let value = file::parse_value(&self.name, text)?;
@@ -152,10 +151,8 @@ impl ParameterName {
                 let symbols: Vec<&str> = dimension.units().iter().map(|it| it.symbol).collect();
                 let units = symbols.join(", ");
                 Value::Double(quantity.argument(dimension).map_err(|_| {
-                    let rule = format!(
-                        "a number in {} is expected, or one with its unit",
-                        symbols[0]
-                    );
+                    let rule =
+                        format!("give a number in {}, or a number with its unit", symbols[0]);
                     refused!("'{text}' refused: {rule}: {units}")
                 })?)
             }
@@ -171,7 +168,7 @@ impl FromStr for ParameterName {
     fn from_str(text: &str) -> Result<Self> {
         let (node, name) = text
             .split_once('.')
-            .ok_or_else(|| refused!("NODE.PARAMETER is expected, not '{text}'"))?;
+            .ok_or_else(|| refused!("'{text}' refused; NODE.PARAMETER is expected"))?;
         Ok(Self {
             node: known_node(node)?,
             name: name.to_owned(),
@@ -179,12 +176,12 @@ impl FromStr for ParameterName {
     }
 }
 
-/// The node of this name.
+/// Name of a known node.
 fn known_node(name: &str) -> Result<&'static str> {
     let known = NODES.into_iter().find(|it| *it == name);
     known.ok_or_else(|| {
         refused!(
-            "there is no node '{name}'; there are {}{}",
+            "unknown node '{name}'; known: {}{}",
             NODES.join(", "),
             did_you_mean(name, NODES)
         )
@@ -198,7 +195,7 @@ impl std::fmt::Display for ParameterName {
 }
 
 impl Scenario {
-    /// Whether there is a built-in scenario of this name, or a file at this path.
+    /// Whether this is the name of a built-in scenario, or the path of a file.
     #[must_use]
     pub fn is_there(name_or_path: &str) -> bool {
         BUILTIN.iter().any(|(name, _)| *name == name_or_path)
@@ -206,11 +203,10 @@ impl Scenario {
             || installed(name_or_path).is_some()
     }
 
-    /// A built-in scenario by its name, a scenario file by its path, or one of the installed ROS package by its name.
+    /// Loads a built-in scenario by name, a scenario file by path, or a scenario of the installed ROS package by name.
     ///
     /// # Errors
-    /// When there is none, the text is not a valid scenario, or a node would refuse its
-    /// parameters; the message names the source, the value and the rule.
+    /// If there is no such scenario, its text is invalid, or a node would refuse its parameters; the message gives source, value and rule.
     pub fn load(name_or_path: &str) -> Result<Self> {
         Self::load_with(name_or_path, &[])
     }
@@ -218,7 +214,7 @@ impl Scenario {
     /// As [`Scenario::load`], with parameters set as `NODE.PARAMETER=VALUE`.
     ///
     /// # Errors
-    /// As [`Scenario::load`], and when a change is not of that form.
+    /// As [`Scenario::load`], and if a change has a wrong form.
     pub fn load_with(name_or_path: &str, changes: &[String]) -> Result<Self> {
         let mut path = PathBuf::from(name_or_path);
         let text = match BUILTIN.iter().find(|(name, _)| *name == name_or_path) {
@@ -257,10 +253,10 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// The controller commands the thrusters of the vehicle that flies, unless another `hover.vehicle` is given.
+    /// Sets `hover.vehicle` of the controller to the simulated vehicle if it has thrusters, unless the scenario sets it.
     ///
     /// # Errors
-    /// When the vehicle that flies cannot be loaded. The controller's check would refuse the missing `hover.vehicle` instead.
+    /// If the simulated vehicle cannot be loaded. Otherwise the controller's check would refuse the missing `hover.vehicle`.
     fn hover_what_flies(&mut self) -> Result<()> {
         let plant: PlantParameters = self.parameters_of("plant_sim")?;
         let is_given = self.given("depth_controller", "hover.vehicle").is_some();
@@ -273,10 +269,10 @@ impl Scenario {
         Ok(())
     }
 
-    /// The same with another duration (s), tick (s) or seed.
+    /// Returns the scenario with another duration (s), tick (s) or seed.
     ///
     /// # Errors
-    /// A value that is refused; a node that refuses its parameters with it.
+    /// If a value is refused, by the scenario or by a node.
     pub fn timed(
         &self,
         duration: Option<f64>,
@@ -293,7 +289,7 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// Sets a parameter as `NODE.PARAMETER=VALUE`; the description says so.
+    /// Sets a parameter as `NODE.PARAMETER=VALUE`; the description mentions it.
     fn set(&mut self, change: &str) -> Result<()> {
         let (parameter, text) = ParameterName::split(change)?;
         let value = parameter.value(text)?;
@@ -303,10 +299,10 @@ impl Scenario {
         Ok(())
     }
 
-    /// Gives a parameter a value. The plant's duration and seed, and the tick of whoever has one, are the scenario's own.
+    /// Sets a parameter to a value. The plant's duration and seed, and the ticks of all nodes, belong to the scenario itself.
     ///
     /// # Errors
-    /// When the parameter is not declared, or its declaration refuses the value.
+    /// If the parameter is not declared, or its declaration refuses the value.
     pub fn put(&mut self, parameter: &ParameterName, value: Value) -> Result<()> {
         let ParameterName { node, name } = parameter;
         let value = parameter.declaration()?.accept(value)?;
@@ -324,7 +320,7 @@ impl Scenario {
         Ok(())
     }
 
-    /// The value that the scenario gives a parameter; `None` where the declared default holds.
+    /// The value in the scenario; `None` if the declared default applies.
     pub fn given(&self, node: &str, name: &str) -> Option<&Value> {
         self.parameters.get(node)?.get(name)
     }
@@ -334,8 +330,8 @@ impl Scenario {
         self.changed.contains(parameter)
     }
 
-    /// Makes the relative paths of files absolute: those in `folder`, where the scenario's file is, before those in the
-    /// working directory. So they are also in the text that is kept with the flight.
+    /// Makes relative file paths absolute; the scenario file's `folder` comes before the working directory. The text stored with the flight
+    /// therefore contains absolute paths.
     fn find_files(&mut self, folder: &Path) -> Result<()> {
         for (node, parameter) in nodes::files() {
             let Some(Value::String(name)) = self.given(node, parameter).cloned() else {
@@ -357,10 +353,10 @@ impl Scenario {
         Ok(())
     }
 
-    /// The rules for duration and tick, each node's own for its parameters, and the files they name.
+    /// Checks duration and tick, each node's parameters, and the files they name.
     ///
     /// # Errors
-    /// The refusal of the first that refuses.
+    /// The first refusal.
     pub fn check(&self) -> Result<()> {
         self.check_times()?;
         for node in NODES {
@@ -370,7 +366,7 @@ impl Scenario {
         self.check_thrusters()
     }
 
-    /// The thrusters that the controller commands are the vehicle's: over DDS nobody would listen to others.
+    /// Checks that the controller commands the vehicle's own thrusters: over DDS no node would listen to others.
     fn check_thrusters(&self) -> Result<()> {
         let plant: PlantParameters = self.parameters_of("plant_sim")?;
         let controller: ControllerParameters = self.parameters_of("depth_controller")?;
@@ -379,8 +375,8 @@ impl Scenario {
             let craft = VehicleModel::load(&plant).map_err(|reason| refused!("{reason}"))?;
             if !craft.thrusters().is_empty() {
                 refuse!(
-                    "plant_sim's vehicle '{flown}' has thrusters, which depth_controller commands where hover.vehicle names it: set \
-                     depth_controller.hover.vehicle={flown}"
+                    "plant_sim's vehicle '{flown}' has thrusters, which depth_controller must \
+                     command: set depth_controller.hover.vehicle={flown}"
                 );
             }
             return Ok(());
@@ -399,7 +395,8 @@ impl Scenario {
         let (has, commanded) = (names(&plant)?, names(&commanded)?);
         if let Some(name) = commanded.iter().find(|name| !has.contains(name)) {
             refuse!(
-                "depth_controller's hover.vehicle: '{hovers}' refused: plant_sim's vehicle '{flown}' has no thruster '{name}'"
+                "depth_controller's hover.vehicle: '{hovers}' refused: plant_sim's vehicle \
+                 '{flown}' has no thruster '{name}'"
             );
         }
         Ok(())
@@ -413,17 +410,17 @@ impl Scenario {
         }
         if self.duration > 86_400.0 {
             refuse!(
-                "duration: {} refused: at most a day, 86400 s",
+                "duration: {} refused: the limit is one day, 86400 s",
                 self.duration
             );
         }
         Ok(())
     }
 
-    /// A scenario from its YAML text.
+    /// Parses a scenario from YAML text.
     ///
     /// # Errors
-    /// When the text is no scenario, gives a parameter twice, or a parameter breaks its declaration.
+    /// If the text is not a scenario, gives a parameter twice, or violates a parameter's declaration.
     pub fn parse(text: &str) -> Result<Self> {
         let file: ScenarioFile = yaml::from_str(text)?;
         let mut scenario = Self {
@@ -449,7 +446,7 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// The parameters that a file gives `node`, nested or by full names.
+    /// Reads the parameters that a file gives for `node`, nested or by full names.
     fn take(&mut self, node: &'static str, section: &serde_yaml_ng::Value) -> Result<()> {
         let mut there = BTreeSet::new();
         for (name, value) in file::flatten(section)? {
@@ -465,13 +462,16 @@ impl Scenario {
                 value,
             )?;
             if own != (self.duration, self.tick, self.seed) {
-                refuse!("parameter '{name}' is the scenario's own '{name}': give it there");
+                refuse!(
+                    "parameter '{name}' refused: the scenario's own '{name}' sets it; give it \
+                    there"
+                );
             }
         }
         Ok(())
     }
 
-    /// The sentence of the file, and what was set since.
+    /// Description of the file, and the changes since.
     #[must_use]
     pub fn description(&self) -> String {
         let mut text = self.description.clone();
@@ -489,7 +489,7 @@ impl Scenario {
         text
     }
 
-    /// The value of a parameter, with its unit.
+    /// Value of a parameter, with its unit.
     fn value_of(&self, parameter: &ParameterName) -> Result<(Value, &'static str)> {
         let values = self.values(parameter.node)?;
         let value = values.get(&parameter.name).cloned();
@@ -499,7 +499,7 @@ impl Scenario {
         ))
     }
 
-    /// The scenario as the text of a file: all that it gives, nothing that is at its default.
+    /// The scenario as the text of a file: all given values, without defaults.
     #[must_use]
     pub fn to_yaml(&self) -> String {
         let mut text = format!(
@@ -527,25 +527,25 @@ impl Scenario {
         text
     }
 
-    /// The number of ticks flown.
+    /// Number of ticks.
     #[must_use]
     pub fn ticks(&self) -> u64 {
         (self.duration / self.tick).round() as u64
     }
 
-    /// The sampling time, ns.
+    /// Sampling time, ns.
     #[must_use]
     pub fn tick_nanos(&self) -> i64 {
         (self.tick * 1e9).round() as i64
     }
 
-    /// The declared parameters of `node`, with this scenario's values.
+    /// Declared parameters of `node`, with this scenario's values.
     ///
     /// # Errors
-    /// When a value breaks its declaration.
+    /// If a value violates its declaration.
     pub fn values(&self, node: &str) -> Result<Values> {
         let Some(declarations) = nodes::declarations(node) else {
-            refuse!("there is no node '{node}'");
+            refuse!("unknown node '{node}'");
         };
         let own: Vec<(&str, Value)> = match node {
             "plant_sim" => vec![
@@ -566,18 +566,18 @@ impl Scenario {
             .during(|| format!("node {node}"))
     }
 
-    /// The parameters of `node` as the struct that it declares.
+    /// Parameters of `node` in the struct that it declares.
     ///
     /// # Errors
-    /// When a value breaks its declaration, or the node declares another struct.
+    /// If a value violates its declaration, or the node declares another struct.
     pub fn parameters_of<P: Parameters>(&self, node: &str) -> Result<P> {
         Ok(P::from_values(&self.values(node)?)?)
     }
 
-    /// As [`Scenario::values`], with `extra` changes per node that only the launcher knows.
+    /// As [`Scenario::values`], with `extra` changes per node by the launcher.
     ///
     /// # Errors
-    /// When a value breaks its declaration.
+    /// If a value violates its declaration.
     pub fn launched_values(&self, node: &str, extra: &[(&str, &str, Value)]) -> Result<Values> {
         let changes = extra
             .iter()
@@ -586,12 +586,11 @@ impl Scenario {
         Ok(self.values(node)?.with(changes)?)
     }
 
-    /// All nodes' parameters as one ROS 2 parameter file for the namespace, with
-    /// `extra` changes per node that only the launcher knows. With `sim_time`, whoever does not
-    /// make `/clock` follows it.
+    /// Parameters of all nodes as one ROS 2 parameter file for the namespace, with `extra` changes per node by the launcher. With
+    /// `sim_time`, all nodes except the source of `/clock` follow it.
     ///
     /// # Errors
-    /// When a value breaks its declaration.
+    /// If a value violates its declaration.
     pub fn parameter_file(
         &self,
         namespace: &str,
@@ -615,7 +614,7 @@ impl Scenario {
     }
 }
 
-/// A value as a cell or label: words without quotes, the shortest digits of a number.
+/// A value for a cell or label: words without quotes, numbers with the shortest exact digits.
 pub fn plain(value: &Value) -> String {
     match value {
         Value::String(text) => shown(text).to_string(),
@@ -624,7 +623,7 @@ pub fn plain(value: &Value) -> String {
     }
 }
 
-/// The first parameter with another value than the one it is to have, and both.
+/// First parameter that differs from its expected value, with both values.
 pub fn difference(values: &Values, actual: impl Fn(&str) -> Option<Value>) -> Option<String> {
     values.declarations().iter().find_map(|declaration| {
         let name = &declaration.name;
@@ -637,14 +636,14 @@ pub fn difference(values: &Values, actual: impl Fn(&str) -> Option<Value>) -> Op
     })
 }
 
-/// The file of a scenario that is installed with the ROS package, by its bare name.
+/// File of a scenario that is installed with the ROS package, by its bare name.
 fn installed(name: &str) -> Option<PathBuf> {
     let is_bare = !name.is_empty() && !name.contains(['.', '/']);
     let mut files = installed_folders().map(|folder| folder.join(format!("{name}.yaml")));
     files.find(|file| is_bare && file.is_file())
 }
 
-/// Where installed ROS packages of this project have their scenarios.
+/// Folders with the scenarios of this project's installed ROS packages.
 fn installed_folders() -> impl Iterator<Item = PathBuf> {
     let prefixes = std::env::var_os("AMENT_PREFIX_PATH").unwrap_or_default();
     let prefixes: Vec<PathBuf> = std::env::split_paths(&prefixes).collect();
@@ -654,7 +653,7 @@ fn installed_folders() -> impl Iterator<Item = PathBuf> {
     prefixes.map(|prefix| prefix.join("share/planesman/scenarios"))
 }
 
-/// The names of the scenarios: those that are built in, and those that are installed.
+/// Names of the built-in and the installed scenarios.
 fn known_names() -> BTreeSet<String> {
     let files = installed_folders().filter_map(|folder| folder.read_dir().ok());
     let files = files.flatten().flatten().map(|entry| entry.path());
@@ -669,7 +668,7 @@ fn read(path: &Path) -> Result<String> {
     let meant = did_you_mean(&path.to_string_lossy(), names.iter().map(String::as_str));
     if !path.exists() {
         refuse!(
-            "no scenario '{}'; a YAML file or one of {} is expected{meant}",
+            "unknown scenario '{}'; give a YAML file or one of {}{meant}",
             path.display(),
             names.join(", ")
         );
@@ -710,7 +709,7 @@ mod tests {
             ("{description: d, duration: 1, speed: 2}", "speed"),
             (
                 "{description: d, duration: 1, parameters: {rudder: {}}}",
-                "no node 'rudder'",
+                "unknown node 'rudder'",
             ),
             (
                 "{description: d, duration: 1, parameters: {plant_sim: {speed: fast}}}",

@@ -1,4 +1,4 @@
-//! The outputs of the composition: a bag, or a CSV file.
+//! Outputs of the loop in one process: a bag, or a CSV file.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -19,7 +19,7 @@ use planesman_text::Draft;
 
 use crate::compose::Tick;
 
-/// The full name of a loop topic in a namespace.
+/// Full name of a loop topic in a namespace.
 #[must_use]
 pub fn full_name(namespace: &str, topic: &str) -> String {
     if topic.starts_with('/') {
@@ -29,7 +29,7 @@ pub fn full_name(namespace: &str, topic: &str) -> String {
     }
 }
 
-/// The draft of a file that is not there yet, or that it `replaces`.
+/// Opens the draft of a file that does not exist, or that it `replaces`.
 fn draft_of(path: &Path, replaces: bool) -> Result<Draft> {
     if path.exists() && !(replaces && path.is_file()) {
         refuse!("'{}' exists already; name another path", path.display());
@@ -41,25 +41,25 @@ fn cannot_write(path: &Path) -> String {
     format!("cannot write '{}'", path.display())
 }
 
-/// Writes a file's content, whole or not at all.
+/// Writes a file's content, completely or not at all.
 ///
 /// # Errors
-/// When it cannot be written, with its name.
+/// If it cannot be written; the error names the file.
 pub fn write_text(path: &Path, text: impl AsRef<[u8]>) -> Result<()> {
     planesman_text::write_text(path, text).during(|| cannot_write(path))
 }
 
-/// Composed messages as one MCAP file. They are serialised where they come from; another thread compresses and writes
-/// them, in the same order, so that the file is the same.
+/// Writes the loop's messages into one MCAP file. The calling thread serializes them; another thread compresses and writes them in the same
+/// order, so the file is deterministic.
 pub struct McapSink {
     batch: Batch,
     to_writer: SyncSender<Batch>,
-    /// Gives the writer back at the end; `None` once it has been asked.
+    /// Returns the writer at the end; `None` after it was joined.
     writer: Option<JoinHandle<Result<BagWriter, WriteError>>>,
     draft: Draft,
     path: PathBuf,
     namespace: String,
-    /// The topics that have come, in their order.
+    /// Topics so far, in order of appearance.
     topics: Vec<&'static str>,
 }
 
@@ -67,14 +67,14 @@ pub struct McapSink {
 #[derive(Default)]
 struct Batch {
     entries: Vec<Entry>,
-    /// Their payloads, one after the other.
+    /// Payloads, one after the other.
     bytes: Vec<u8>,
 }
 
 enum Entry {
-    /// The next topic.
+    /// A new topic.
     Topic(Box<Topic>),
-    /// A message, with its topic's number and its length.
+    /// A message: number of its topic, and its length.
     Message {
         topic: usize,
         stamp: i64,
@@ -82,12 +82,12 @@ enum Entry {
     },
 }
 
-/// Bytes after which a batch goes to the writer.
+/// Size in bytes at which a batch goes to the writer.
 const BATCH: usize = 128 * 1024;
-/// Batches that may wait for the writer.
+/// Number of batches that may wait for the writer.
 const WAITING: usize = 8;
 
-/// Writes what comes, until no more does.
+/// Writes batches until the channel closes.
 fn write_all(mut writer: BagWriter, batches: Receiver<Batch>) -> Result<BagWriter, WriteError> {
     let mut topics = Vec::new();
     for Batch { entries, bytes } in batches {
@@ -111,10 +111,10 @@ fn write_all(mut writer: BagWriter, batches: Receiver<Batch>) -> Result<BagWrite
 }
 
 impl McapSink {
-    /// Begins the file.
+    /// Creates the file.
     ///
     /// # Errors
-    /// When the path is taken or cannot be written.
+    /// If the path exists or cannot be written.
     pub fn create(path: &Path, namespace: &str, replaces: bool) -> Result<Self> {
         let mut draft = draft_of(path, replaces)?;
         let file = draft.file().try_clone()?;
@@ -141,10 +141,10 @@ impl McapSink {
         })
     }
 
-    /// Ends the file and puts it in its place.
+    /// Finishes the file and moves it to its path.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// If it cannot be written.
     pub fn finish(mut self) -> Result<()> {
         self.hand_over()?;
         drop(self.to_writer);
@@ -152,7 +152,7 @@ impl McapSink {
         self.draft.finish().during(|| cannot_write(&self.path))
     }
 
-    /// Gives the writer what has gathered.
+    /// Sends the collected batch to the writer.
     fn hand_over(&mut self) -> Result<()> {
         let next = Batch {
             entries: Vec::with_capacity(self.batch.entries.len()),
@@ -167,7 +167,7 @@ impl McapSink {
     }
 }
 
-/// What the writing thread returns when it ends.
+/// Result of the writing thread.
 fn returned(writer: Option<JoinHandle<Result<BagWriter, WriteError>>>) -> Result<BagWriter> {
     match writer.map(JoinHandle::join) {
         Some(Ok(outcome)) => Ok(outcome?),
@@ -206,28 +206,28 @@ impl Sink for McapSink {
     }
 }
 
-/// The flight as one row a tick, SI units in the header.
+/// Writes the flight as one row per tick, with SI units in the header.
 pub struct CsvSink {
     out: BufWriter<File>,
     draft: Draft,
     path: PathBuf,
 }
 
-/// A column: its name with unit, where the number comes from, and the signal that it is in a bag (`TOPIC:FIELD`, with a `-` if its sign
-/// is the other one).
+/// A column: its name with unit, its source, its signal in a bag (`TOPIC:FIELD`, with `-` for the opposite sign), and the function for its
+/// value.
 pub type Column = (&'static str, &'static str, fn(&Tick) -> f64);
 
-/// Of the first actuator; NaN where there is none.
+/// Value of the first actuator; NaN without an actuator.
 fn first(tick: &Tick, of: fn(&DhaState) -> f64) -> f64 {
     tick.states.first().map_or(f64::NAN, of)
 }
 
-/// Of the instruments; NaN where there are none.
+/// Value of the instruments; NaN without instruments.
 fn read(tick: &Tick, of: fn(&Instruments) -> f64) -> f64 {
     tick.observation.instruments.as_ref().map_or(f64::NAN, of)
 }
 
-/// The columns of the table of a flight.
+/// Columns of the table of a flight.
 pub const COLUMNS: &[Column] = &[
     ("time [s]", "", |t| t.stamp.nanos() as f64 * 1e-9),
     ("depth [m]", "state:depth", |t| t.observation.state.depth),
@@ -278,10 +278,10 @@ pub const COLUMNS: &[Column] = &[
 ];
 
 impl CsvSink {
-    /// Begins the table with its header row.
+    /// Creates the table with its header row.
     ///
     /// # Errors
-    /// When the path is taken or cannot be written.
+    /// If the path exists or cannot be written.
     pub fn create(path: &Path, replaces: bool) -> Result<Self> {
         let mut draft = draft_of(path, replaces)?;
         let mut out = BufWriter::new(draft.file().try_clone()?);
@@ -296,10 +296,10 @@ impl CsvSink {
         Ok(sink)
     }
 
-    /// Takes one tick. Numbers are written so that they read back to the same bits.
+    /// Writes one tick. Numbers are written so that they read back to the same bits.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// If it cannot be written.
     pub fn put(&mut self, tick: &Tick) -> Result<()> {
         let row = self.row(tick);
         self.written(row)
@@ -313,15 +313,15 @@ impl CsvSink {
         writeln!(self.out)
     }
 
-    /// The same, with the name of the file.
+    /// Adds the file's name to an error.
     fn written(&self, result: std::io::Result<()>) -> Result<()> {
         result.during(|| cannot_write(&self.path))
     }
 
-    /// Ends the table and puts it in its place.
+    /// Finishes the table and moves it to its path.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// If it cannot be written.
     pub fn finish(mut self) -> Result<()> {
         let flushed = self.out.flush();
         self.written(flushed)?;

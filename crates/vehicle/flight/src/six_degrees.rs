@@ -1,4 +1,5 @@
-//! The built-in flights of vehicles of six degrees, beside an independent computation in numpy and scipy (DOP853 at 1e-11, the equations as matrices).
+//! The built-in flights of vehicles with six degrees of freedom, compared with an independent computation in numpy and scipy (DOP853 at
+//! 1e-11, the equations as matrices).
 
 use planesman_msgs::planesman_msgs::msg::VehicleState;
 
@@ -34,7 +35,7 @@ fn the_turning_circle_comes_to_the_steady_turn_that_scipy_finds() {
     near(-pose.odometry.twist.twist.linear.y, -0.097_791_41, 1e-4);
 }
 
-/// When the rudder goes over, s, and by how much the heading goes on, degrees.
+/// Times at which the rudder switches, s, and overshoots of the heading, degrees.
 fn overshoots(flight: &[Tick]) -> Vec<(f64, f64)> {
     let mut found: Vec<(f64, f64)> = Vec::new();
     let mut last = 0.0;

@@ -1,4 +1,4 @@
-//! The summary of a flight: the depth response, and the identified model beside the true one.
+//! Summary of a flight: the depth response, and the identified model compared with the true one.
 
 use std::fmt;
 
@@ -22,62 +22,62 @@ pub const POLE_TOLERANCE: f64 = 0.10;
 /// The summary of a flight.
 #[derive(Clone, Debug)]
 pub struct Summary {
-    /// The last depth setpoint, m.
+    /// Last depth setpoint, m.
     pub depth_setpoint: f64,
-    /// The response to the last change of the depth setpoint, `None` when the flight has no depth step.
+    /// Response to the last change of the depth setpoint; `None` without a depth step.
     pub depth: Option<StepMetrics>,
-    /// The part of the flight in which that response is judged, s.
+    /// Evaluated part of the flight, s.
     pub judged: [f64; 2],
     /// Whether a test signal moved the planes in that part.
     pub is_disturbed: bool,
-    /// The duration of the flight, s.
+    /// Duration of the flight, s.
     pub duration: f64,
-    /// The controller's mode at the start.
+    /// Mode of the controller at the start.
     pub mode: Mode,
     planes: &'static str,
-    /// The largest distance from the depth that was held throughout, m; `None` when none was.
+    /// Largest deviation from the depth held during the whole flight, m; `None` if no depth was held throughout.
     pub depth_kept: Option<f64>,
-    /// The test signal on the planes; `None` when the flight had none.
+    /// Test signal on the planes; `None` without one.
     pub test_signal: Option<TestSignal>,
-    /// The identified model, `None` while none is valid.
+    /// Identified model; `None` without a valid one.
     pub identified: Option<ModelSummary>,
-    /// Regression rows behind it.
+    /// Number of regression rows for it.
     pub samples: u64,
     /// One-step fit, %.
     pub fit: f64,
-    /// Why there is no identified model.
+    /// Reason why there is no identified model.
     pub no_model: String,
-    /// The vehicle's own model at its speed.
+    /// True model of the vehicle at its speed.
     pub truth: ModelSummary,
-    /// Ticks without the actuator's answer.
+    /// Number of ticks without the actuator's answer.
     pub held_ticks: u64,
-    /// Pulses that all actuators issued.
+    /// Pulses of all actuators.
     pub pulses: u64,
-    /// Whether hydraulics move one of the planes, as not with an ideal actuator.
+    /// Whether hydraulics move any of the planes; false for ideal actuators.
     pub is_hydraulic: bool,
-    /// The energies of all actuators; `None` of those without hydraulics.
+    /// Energies of all actuators; `None` without hydraulics.
     pub energy: Option<Energy>,
-    /// What an ideal proportional valve would take for the same motion in the actuator's own circuit, J; `None` of several
-    /// actuators, of a file that is not there, and with supply pressure lost.
+    /// Energy of an ideal proportional valve for the same motion in the actuator's own circuit, J. `None` with several actuators, without
+    /// the actuator's file, or with lost supply pressure.
     pub proportional: Option<f64>,
-    /// Whether thrusters alone moved it: then there is no response to planes.
+    /// Whether the vehicle has only thrusters, and thus no response to planes.
     pub hovers: bool,
-    /// How it kept to its way-points or its place, where it had any.
+    /// Accuracy at its way-points or its held position; `None` without these.
     pub track: Option<Track>,
-    /// What the turning circle or zig-zag showed, where it flew one.
+    /// Result of the turning circle or zig-zag; `None` without one.
     pub turn: Option<String>,
-    /// Irregularities of the bag, a sentence each.
+    /// Irregularities of the bag, one sentence each.
     pub notes: Vec<String>,
 }
 
 impl Summary {
-    /// The summary of `flight`, a run of `scenario`.
+    /// Summarizes `flight`, a run of `scenario`.
     ///
     /// # Errors
-    /// When the flight holds no states or the scenario's vehicle cannot be linearised.
+    /// If the flight has no states, or the scenario's vehicle cannot be linearised.
     pub fn new(flight: &Flight, scenario: &Scenario) -> Result<Self> {
         let Some(step) = &flight.step else {
-            return Err(refused!("the bag holds no vehicle states"));
+            return Err(refused!("the bag has no vehicle states"));
         };
         let model = flight.model.as_ref();
         let controller: ControllerParameters = scenario.parameters_of("depth_controller")?;
@@ -122,7 +122,7 @@ impl Summary {
         })
     }
 
-    /// The distance of the identified dominant pole from the true one, relative to its magnitude.
+    /// Distance of the identified dominant pole from the true one, relative to its magnitude.
     #[must_use]
     pub fn pole_error(&self) -> Option<f64> {
         let identified = self.identified.as_ref()?.dominant()?;
@@ -130,7 +130,7 @@ impl Summary {
         Some((identified - truth).modulus() / truth.modulus())
     }
 
-    /// The quantities that flights are compared by.
+    /// Quantities for the comparison of flights.
     #[must_use]
     pub fn quantities(&self) -> Vec<Quantity> {
         let response = |of: fn(&StepMetrics) -> Option<f64>| {
@@ -205,7 +205,7 @@ impl Summary {
         .into()
     }
 
-    /// The gains of plane angle to pitch rate: name, identified, true.
+    /// Gains from plane angle to pitch rate: name, identified, true.
     #[must_use]
     pub fn gains(&self) -> [(&'static str, String, String); 2] {
         let text =
@@ -225,7 +225,7 @@ impl Summary {
         ]
     }
 
-    /// The results of the flight, a sentence each, the most important first.
+    /// Results of the flight, one sentence each, the most important first.
     #[must_use]
     pub fn conclusions(&self) -> Vec<String> {
         let flown = match (&self.depth, self.mode, self.depth_kept) {
@@ -260,7 +260,7 @@ impl Summary {
             .collect()
     }
 
-    /// Poles and gains of plane angle to pitch rate, identified and true, a line each; empty without a model.
+    /// Poles and gains from plane angle to pitch rate, identified and true, one per line; empty without a model.
     #[must_use]
     pub fn model_lines(&self) -> String {
         let Some(model) = self.identified.as_ref().filter(|_| !self.hovers) else {
@@ -304,7 +304,7 @@ impl Summary {
         }
     }
 
-    /// The identified model, where a test signal was to identify it.
+    /// Text about the identified model, if a test signal was to identify it.
     fn model_text(&self) -> Option<String> {
         let signal = self.test_signal.as_ref()?;
         let found = match self.pole_error() {
@@ -325,7 +325,7 @@ impl Summary {
     }
 }
 
-/// What moves the dive planes, as the end of a sentence.
+/// Text about the dive planes' actuator, as the end of a sentence.
 fn planes_text(parameters: &ActuatorParameters) -> &'static str {
     match parameters.dive_planes_model() {
         Model::Ideal => ", with ideal planes",
@@ -340,20 +340,20 @@ fn planes_text(parameters: &ActuatorParameters) -> &'static str {
 /// A test signal on the planes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TestSignal {
-    /// Its shape, as the parameter `identification.signal` names it.
+    /// Its shape, with the name that the parameter `identification.signal` uses.
     pub shape: &'static str,
     /// rad
     pub amplitude: f64,
-    /// Time of its start, s.
+    /// Start time, s.
     pub start: f64,
 }
 
 impl TestSignal {
-    /// What it does to the responses of a scenario's steps.
+    /// Its effect on the responses to a scenario's steps.
     #[must_use]
     pub fn effect(&self) -> &'static str {
         match self.start > 0.0 {
-            true => "a response that settles before its start is judged up to it",
+            true => "a response that settles before its start is evaluated up to it",
             false => "it disturbs every response",
         }
     }
@@ -381,10 +381,10 @@ impl fmt::Display for TestSignal {
     }
 }
 
-/// The test signal of a scenario, if it starts before the end. It disturbs the response to a step while it is on.
+/// Test signal of a scenario; `None` if it does not start before the end. While it is active, it disturbs the response to a step.
 ///
 /// # Errors
-/// When the scenario's parameters are refused.
+/// If the scenario's parameters are refused.
 pub fn test_signal(scenario: &Scenario) -> Result<Option<TestSignal>> {
     let controller: ControllerParameters = scenario.parameters_of("depth_controller")?;
     let signal = TestSignal {
@@ -397,12 +397,12 @@ pub fn test_signal(scenario: &Scenario) -> Result<Option<TestSignal>> {
     Ok(Some(signal).filter(|_| is_on))
 }
 
-/// The vehicle's own sampled model between plane angle and pitch rate.
+/// True sampled model of the vehicle from plane angle to pitch rate.
 fn truth(scenario: &Scenario) -> Result<ModelSummary> {
     truth_of(&scenario.parameters_of("plant_sim")?, scenario.tick)
 }
 
-/// The same of the vehicle with these parameters.
+/// The same for the vehicle with these parameters.
 pub fn truth_of(parameters: &PlantParameters, tick: f64) -> Result<ModelSummary> {
     let craft = planesman_plant::VehicleModel::load(parameters).map_err(|e| refused!("{e}"))?;
     let model = planesman_vehicle::linearised::true_model_of(
@@ -417,7 +417,7 @@ pub fn truth_of(parameters: &PlantParameters, tick: f64) -> Result<ModelSummary>
     })
 }
 
-/// `b1` of `(b0 z^n + b1 z^(n-1) + ...)/(z^n + ...)`: nothing comes through at once, b0 = 0.
+/// `b1` of `(b0 z^n + b1 z^(n-1) + ...)/(z^n + ...)`; there is no direct feedthrough, b0 = 0.
 fn first_markov_parameter(model: &TransferFunction) -> f64 {
     let missing = model.den.len() - model.num.len().min(model.den.len());
     match missing {
@@ -429,7 +429,7 @@ fn first_markov_parameter(model: &TransferFunction) -> f64 {
     .unwrap_or(0.0)
 }
 
-/// What an ideal proportional valve takes for the motion of a flight's only actuator in its own circuit, J.
+/// Energy of an ideal proportional valve in the actuator's own circuit, for the motion of a flight's only actuator, J.
 fn proportional(flight: &Flight, parameters: &ActuatorParameters) -> Option<f64> {
     let mut actuators = flight.actuators.values();
     let (only, None) = (actuators.next()?, actuators.next()) else {
@@ -460,7 +460,7 @@ pub fn step_text(step: &StepMetrics) -> String {
     )
 }
 
-/// A distance relative to the true pole's magnitude, %; beyond ten times that its number says nothing.
+/// Distance relative to the true pole's magnitude, %; above ten times the magnitude the number is not printed.
 #[must_use]
 pub fn distance_text(distance: f64) -> String {
     if distance <= 10.0 {
@@ -470,18 +470,18 @@ pub fn distance_text(distance: f64) -> String {
     }
 }
 
-/// A quantity of a flight, as people read it.
+/// A quantity of a flight with its display format.
 #[derive(Clone, Debug)]
 pub struct Quantity {
-    /// Its field, one of [`crate::titles`].
+    /// Name of its field, one of [`crate::titles`].
     pub field: &'static str,
-    /// Behind its number.
+    /// Unit printed after the number.
     pub unit: &'static str,
-    /// Behind the point.
+    /// Number of decimals.
     pub decimals: usize,
-    /// Whether the flight's vehicle can have it: an ideal actuator has no pulses.
+    /// Whether it applies to the flight's vehicle: an ideal actuator has no pulses.
     pub applies: bool,
-    /// Its value, or why there is none.
+    /// Value, or the reason why there is none.
     value: Result<f64, String>,
 }
 
@@ -492,7 +492,7 @@ impl Quantity {
         self.applies && self.value.is_ok()
     }
 
-    /// Its value with its unit.
+    /// Value with its unit.
     #[must_use]
     pub fn text(&self) -> String {
         match &self.value {
@@ -502,7 +502,7 @@ impl Quantity {
         }
     }
 
-    /// By how much it is more than that of another flight.
+    /// Difference to the value of another flight.
     #[must_use]
     pub fn less(&self, other: &Self) -> String {
         match (&self.value, &other.value) {

@@ -1,7 +1,7 @@
-//! The names of quantities as people read them, for the columns and fields that programs read: `settling_time_5 [s]` is
-//! `Settling time (5 %) [s]` on every page.
+//! Display names of quantities. Columns and fields have names for programs: `settling_time_5 [s]` is displayed as
+//! `Settling time (5 %) [s]`.
 
-/// Names as columns and fields have them, without their units, and as people read them.
+/// Names of columns and fields without units, and their display names.
 const TITLES: [(&str, &str); 45] = [
     // A flight, as `planesman sweep` and `planesman report` tell it.
     ("depth_setpoint", "depth setpoint"),
@@ -55,7 +55,7 @@ const TITLES: [(&str, &str); 45] = [
     ("gyro_pitch_rate", "pitch rate of the gyro"),
 ];
 
-/// The quantity as people read it, within a sentence or table, the unit behind it as it stands in the name; another name as it is.
+/// Display name of a quantity within a sentence or table, followed by the unit in its column name; an unknown name stays unchanged.
 #[must_use]
 pub fn name(column: &str) -> String {
     let (field, unit) = match column.split_once(" [") {
@@ -70,7 +70,7 @@ pub fn name(column: &str) -> String {
     }
 }
 
-/// The same as a title, with a capital letter.
+/// Display name as a title, with a capital letter.
 #[must_use]
 pub fn title(column: &str) -> String {
     let name = name(column);

@@ -1,4 +1,4 @@
-//! How a flight kept to its way-points, or to the place that it was to hold.
+//! Accuracy of a flight along its way-points, or at a held position.
 
 use std::f64::consts::PI;
 
@@ -11,18 +11,20 @@ use crate::flight::{Points, TimeHistories};
 /// Way-points reached, and distances from the legs between them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
-    /// Way-points that the vehicle came within `acceptance` of, in any order, and all of them; of a place that is held that one.
+    /// Number of way-points that the vehicle passed within `acceptance`, in any order, and number of all way-points; a held position counts
+    /// as one.
     pub reached: (usize, usize),
-    /// The radius about a way-point within which it is reached, m.
+    /// Radius of acceptance of a way-point, m.
     pub acceptance: f64,
-    /// The distance from the nearest leg, as root mean square and at most, m.
+    /// Distance from the nearest leg, root mean square and maximum, m.
     pub off: (f64, f64),
-    /// The distance from the last way-point at the end, m.
+    /// Distance from the last way-point at the end, m.
     pub at_end: f64,
 }
 
 impl Track {
-    /// Of a place along and to starboard of the initial heading; `None` without way-points of a vehicle that does not hover, or without places.
+    /// Evaluates positions along and to starboard of the initial heading. `None` without positions, and without way-points for a vehicle
+    /// that does not hover.
     #[must_use]
     pub fn of(
         place: &[Points; 2],
@@ -78,8 +80,8 @@ impl Track {
     }
 }
 
-/// What a turning circle (its steady turn, from its last quarter) or a zig-zag (by how much the heading passed the angle at
-/// which the rudder went over) showed, in a sentence; `None` without such a manoeuvre, or before it shows anything.
+/// Result of a turning circle (steady turn in its last quarter) or a zig-zag (overshoot of the heading after the rudder switched), as a
+/// sentence; `None` without such a manoeuvre or result.
 pub(crate) fn turn(drawn: &TimeHistories, controller: &ControllerParameters) -> Option<String> {
     let turning = &controller.turning;
     let begin = drawn.yaw.iter().position(|it| it.0 >= turning.start)?;

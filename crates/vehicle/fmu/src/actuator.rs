@@ -1,6 +1,7 @@
-//! An actuator in an FMU: the core of `dha_actuator`, tick by tick.
+//! An actuator in an FMU: the core of `dha_actuator`, run tick by tick.
 //!
-//! After a step the outputs are those of its end: the ram is where `dha_state` has it at that stamp, and the counts are those of the tick before.
+//! After a step the outputs are those of its end: the ram's position is that of `dha_state` at that stamp, and the counts are those of the
+//! tick before.
 
 use planesman_circuit::MOST_FORCE;
 use planesman_hydraulics::{
@@ -15,7 +16,7 @@ use crate::error::Error;
 use crate::node::Core;
 use crate::variable::{Field, Variable, fields};
 
-/// Parameters of the node that are the FMU's, by the beginnings of their names: those of one actuator.
+/// Beginnings of the names of the node's parameters that the FMU has: those of one actuator.
 const PARAMETERS: [&str; 6] = [
     "position_loop",
     "command_limit",
@@ -25,52 +26,55 @@ const PARAMETERS: [&str; 6] = [
     "fault.",
 ];
 
-/// Those of a circuit of on/off valves.
+/// The same for a circuit of on/off valves.
 const OF_A_CIRCUIT: [&str; 1] = ["command_limit"];
 
-/// The actuator at the end of the step.
+/// Outputs that belong to the end of the step.
 const AT_THE_END: &[Field<DhaState>] = fields! { DhaState:
     ram, "m", "Ram position from neutral";
     ram_velocity, "m/s", "Ram velocity";
     plane_angle, "rad", "Plane angle, positive dive: ram over moment arm";
-    pressure, "Pa", "Differential pressure P_d across the ram; of a circuit p_A - p_B";
-    volume, "m^3", "Net oil metered into the actuator V_T; of a circuit out of the levels";
+    pressure, "Pa", "Differential pressure P_d across the ram; for a circuit p_A - p_B";
+    volume, "m^3", "Net oil metered into the actuator V_T; for a circuit out of the levels";
     leakage, "m^3", "Net oil gained through drift and leakage since the start";
-    sign, "", "Present direction: +1 or -1";
+    sign, "", "Current direction: +1 or -1";
     sliding, "", "The load moves";
     pressure_limited, "", "Auxiliary pistons clamp the pressure";
     at_stop, "", "Ram at an end of its travel";
     energy_supply, "J", "Work of supply and return since the start";
     energy_switching, "J", "Electrical energy of the solenoids";
     energy_viscous, "J", "Work on the load against viscous friction";
-    energy_kinetic, "J", "Kinetic energy of ram and load, of a circuit also what spring, weight and load force took";
-    energy_stops, "J", "Energy taken by the stops";
-    energy_friction, "J", "Energy taken by Coulomb friction";
-    energy_throttling, "J", "Throttled in the valves, or the large volume's";
-    energy_throttling_small, "J", "Throttled in the small volume's valve";
-    energy_leakage, "J", "Throttled by drift and leakage";
-    energy_compressed, "J", "Put into the compressed oil";
-    energy_recovered, "J", "Given back by the compressed oil";
-    energy_stored, "J", "Put into the auxiliary pistons";
-    energy_returned, "J", "Given back by the auxiliary pistons";
-    energy_proportional_valve, "J", "Energy an ideal proportional valve would have taken for the same motion";
+    energy_kinetic, "J", "Kinetic energy of ram and load; for a circuit also energy of spring, \
+        weight and load force";
+    energy_stops, "J", "Energy absorbed by the stops";
+    energy_friction, "J", "Energy lost to Coulomb friction";
+    energy_throttling, "J", "Throttling loss in the valves, or in the large volume's valve";
+    energy_throttling_small, "J", "Throttling loss in the small volume's valve";
+    energy_leakage, "J", "Throttling loss by drift and leakage";
+    energy_compressed, "J", "Energy stored in the compressed oil";
+    energy_recovered, "J", "Energy returned by the compressed oil";
+    energy_stored, "J", "Energy stored in the auxiliary pistons";
+    energy_returned, "J", "Energy returned by the auxiliary pistons";
+    energy_proportional_valve, "J", "Energy that an ideal proportional valve would have used for \
+        the same motion";
 };
 
-/// What was decided in the last tick of the step.
+/// Outputs decided in the last tick of the step.
 const IN_THE_TICK: &[Field<DhaState>] = fields! { DhaState:
-    commanded_angle, "rad", "Plane angle asked for, limited";
+    commanded_angle, "rad", "Commanded plane angle, after its limit";
     error, "rad", "Predicted position error at the last pulse decision";
     hydraulic_power, "W", "Mean hydraulic power over the tick";
-    limit_cycle_frequency, "Hz", "Frequency of the last whole cycle of the direction; 0: none";
-    limit_cycle_amplitude, "rad", "Half of what the planes covered in it; 0: none";
-    pulses, "", "Calibrated volumes issued since the start, both signs; of a circuit switchings of its valves";
-    small_pulses, "", "Of these, small ones of a two-speed actuator";
+    limit_cycle_frequency, "Hz", "Frequency of the last complete cycle of the direction; 0: none";
+    limit_cycle_amplitude, "rad", "Half of the planes' range of motion in it; 0: none";
+    pulses, "", "Calibrated volumes issued since the start, both signs; for a circuit switchings \
+        of its valves";
+    small_pulses, "", "The small ones among these, of a two-speed actuator";
     sign_changes, "", "Changes of direction issued since the start";
     slewing, "", "A volume was issued in every valve cycle of the tick";
     inhibited, "", "A pulse was refused by the travel limit in the tick";
 };
 
-/// What a circuit of on/off valves has no part in.
+/// Outputs that a circuit of on/off valves does not have.
 const OF_METERING: [&str; 11] = [
     "leakage",
     "pressure_limited",
@@ -91,7 +95,7 @@ const CHAMBERS: [(&str, &str); 2] = [
     ("p_B", "Gauge pressure in chamber B"),
 ];
 
-/// The chambers of a circuit; of an actuator of metered volumes none.
+/// The number of a circuit's chambers; 0 for an actuator of metered volumes.
 fn chambers(file: &ActuatorFile) -> usize {
     match file {
         ActuatorFile::Metering(_) => 0,
@@ -99,7 +103,7 @@ fn chambers(file: &ActuatorFile) -> usize {
     }
 }
 
-/// The outputs among some fields of an actuator with so many chambers.
+/// The outputs among some fields, for an actuator with this many chambers.
 fn outputs(
     fields: &'static [Field<DhaState>],
     chambers: usize,
@@ -108,14 +112,14 @@ fn outputs(
     fields.iter().filter(is_its)
 }
 
-/// An actuator and its present tick.
+/// An actuator and its current tick.
 #[derive(Clone)]
 pub(crate) struct Ticking {
     actuator: Actuator,
     chambers: usize,
     /// ns
     tick: i64,
-    /// The present instant, ns.
+    /// The current instant, ns.
     stamp: i64,
     in_the_tick: DhaState,
     at_the_end: DhaState,
@@ -124,7 +128,7 @@ pub(crate) struct Ticking {
 }
 
 impl Ticking {
-    /// The state at the present instant: a copy answers a tick there for which no command has come.
+    /// The state at the current instant, computed with a copy for a tick without a command.
     fn look_ahead(&mut self) -> Result<(), Error> {
         let mut ahead = self.actuator.clone();
         let answer = ahead.on_silence(Time::from_nanos(self.stamp))?;
@@ -139,7 +143,7 @@ impl Core for Ticking {
     type File = ActuatorFile;
 
     const FILE: &'static str = "actuator";
-    /// The loop's command timeout is longer than any tick: in an FMU an input holds until another is set.
+    /// The loop's command timeout is longer than any tick, because in an FMU an input is held until the next is set.
     const HELD: &'static [(&'static str, f64)] = &[("command_timeout", 60.0)];
 
     fn read(name: &str, text: &str) -> Result<ActuatorFile, Error> {
@@ -147,7 +151,7 @@ impl Core for Ticking {
     }
 
     fn variables(file: &ActuatorFile) -> Vec<Variable> {
-        let command = "Plane angle asked for, positive dive";
+        let command = "Commanded plane angle, positive dive";
         let mut variables = vec![Variable::input("plane_command".to_owned(), "rad", command)];
         let chambers = chambers(file);
         if chambers > 0 {

@@ -1,6 +1,6 @@
-//! ZIP archives, stored without compression (PKWARE's APPNOTE 6.3, sections 4.3 and 4.4): what an FMU is.
+//! ZIP archives without compression (PKWARE's APPNOTE 6.3, sections 4.3 and 4.4), the container of an FMU.
 
-/// An archive of files by name, in their order. The date is the format's first, so that the same files are the same bytes.
+/// An archive of files by name, in their order. The date is the format's earliest, so that the same files give the same bytes.
 pub(crate) fn zip(files: &[(String, Vec<u8>)]) -> Vec<u8> {
     let mut archive = Vec::new();
     let mut directory = Vec::new();

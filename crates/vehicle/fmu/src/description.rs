@@ -1,4 +1,4 @@
-//! `modelDescription.xml`, as FMI 3.0 (section 2.4) has it.
+//! `modelDescription.xml`, as specified in FMI 3.0 (section 2.4).
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -9,7 +9,7 @@ use crate::resources::Resources;
 use crate::unit;
 use crate::variable::{Causality, Variable};
 
-/// How long an importer simulates that is not told \[s\].
+/// The default stop time of a simulation \[s\].
 const STOP_TIME: f64 = 60.0;
 
 /// The description of an FMU of this name, whose library has the name `identifier`.
@@ -101,7 +101,7 @@ fn unknown(reference: usize, variable: &Variable) -> String {
     format!("<Output valueReference=\"{reference}\" dependencies=\"{direct}\"/>\n")
 }
 
-/// Text as an attribute has it; characters that XML cannot hold are left out.
+/// Text for an attribute; characters that XML cannot contain are left out.
 fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for sign in text.chars() {

@@ -1,31 +1,31 @@
-//! What is refused: on the command line when an FMU is written, and to the importer when it runs.
+//! Errors on the command line when an FMU is written, and for the importer when it runs.
 
 use planesman_parameters::Refusal;
 use planesman_text::{option, setting};
 
-/// Why an FMU is not written, or does not run on.
+/// Why an FMU cannot be written, or cannot continue.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// A vehicle that is not taken.
+    /// An invalid vehicle.
     #[error(transparent)]
     Vehicle(#[from] planesman_plant::Error),
-    /// An actuator that is not taken.
+    /// An invalid actuator.
     #[error(transparent)]
     Actuator(#[from] planesman_hydraulics::Error),
-    /// An identified model that is not taken.
+    /// An invalid identified model.
     #[error(transparent)]
     Model(#[from] planesman_model_file::Error),
-    /// A value that is not taken.
+    /// An invalid value.
     #[error("{0}")]
     Value(#[from] Refusal),
-    /// A model file has a sampling interval of its own.
+    /// A step is given, but a model file has its own sampling interval.
     #[error(
         "{} s refused: the model is sampled every {tick} s; leave {} out",
         setting("step", step),
         option("step")
     )]
     Sampled {
-        /// What was asked for, s.
+        /// The requested step, s.
         step: f64,
         /// The model's, s.
         tick: f64,
@@ -38,48 +38,50 @@ pub enum Error {
         /// The system's error.
         reason: std::io::Error,
     },
-    /// Nothing of that name is built in, and no file is there.
+    /// No built-in subject and no file has that name.
     #[error(
-        "no actuator is built in as '{name}' ({actuators}); as a vehicle or a model: {reason}{meant}"
+        "no built-in actuator '{name}' ({actuators}); as a vehicle or a model: {reason}{meant}"
     )]
     NoSubject {
         /// The name.
         name: String,
-        /// The names of the actuators that are.
+        /// The names of the built-in actuators.
         actuators: String,
-        /// The one that was probably meant, as a question.
+        /// A suggestion of the probable name, as a question.
         meant: String,
-        /// Why there is no other.
+        /// Why it is not a vehicle.
         reason: Box<planesman_vehicle::vehicle_file::VehicleError>,
     },
-    /// The file is neither a vehicle's nor a model's, and no actuator's either.
+    /// The file is neither a vehicle, a model nor an actuator.
     #[error(
-        "'{file}' is taken for an actuator file, as it has neither 'particulars' nor 'inputs' (a vehicle) nor 'format: planesman model' (of sysid fit): {reason}"
+        "'{file}' is read as an actuator file, since it has neither 'particulars' nor 'inputs' (a \
+         vehicle) nor 'format: planesman model' (a model from sysid fit): {reason}"
     )]
     Unknown {
         /// Its path.
         file: String,
-        /// Why it is no actuator's.
+        /// Why it is not a valid actuator.
         reason: Box<Error>,
     },
-    /// The library that runs FMUs is not where the program looks.
+    /// The library that runs FMUs is missing.
     #[error(
-        "{library} is not beside the program, in deps/ or in ../lib/: build it with 'cargo build --release' in the repository, or name it with {}",
+        "{library} is missing in the program's folder, in deps/ and in ../lib/: build it with \
+         'cargo build --release' in the repository, or give its path with {}",
         option("library")
     )]
     NoLibrary {
         /// Its name.
         library: String,
     },
-    /// The library is another.
-    #[error("'{0}' is no libplanesman_fmu of this version")]
+    /// Another library than expected.
+    #[error("'{0}' is not a libplanesman_fmu of this version")]
     OtherLibrary(String),
-    /// The FMU's own files are not those of this library.
+    /// The FMU's files do not belong to this library.
     #[error("resources/{file}: {reason}")]
     Resources {
         /// The file.
         file: &'static str,
-        /// What is wrong.
+        /// The error.
         reason: String,
     },
 }

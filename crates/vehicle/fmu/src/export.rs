@@ -1,4 +1,4 @@
-//! An FMU written: the subject found by its name or in its file, the library that runs it, and what describes both.
+//! Writes an FMU: finds the subject by its name or file, adds the library that runs it, and the description of both.
 
 use std::env::consts::{ARCH, DLL_PREFIX, DLL_SUFFIX, OS};
 use std::fs;
@@ -18,25 +18,25 @@ use crate::resources::{FORMAT, Format, MANIFEST, Manifest, Resources};
 use crate::subject::Kind;
 use crate::variable::Causality;
 
-/// What is exported, and how.
+/// The subject and the options of an export.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// A built-in actuator or vehicle, or the file of an actuator, a vehicle or an identified model.
     pub subject: String,
-    /// The tick \[s\]; `None`: the subject's own, 0.05 s of actuators and vehicles.
+    /// The tick \[s\]; `None`: the subject's own, 0.05 s for actuators and vehicles.
     pub tick: Option<f64>,
     /// Start values of parameters, each as YAML.
     pub start: Vec<(String, String)>,
-    /// The library that runs FMUs; `None`: the one beside the program.
+    /// The library that runs FMUs; `None`: the one in the program's folder.
     pub library: Option<PathBuf>,
 }
 
-/// An FMU, not yet written.
+/// An FMU, not yet written to a file.
 #[derive(Debug)]
 pub struct Fmu {
     /// Its bytes.
     pub bytes: Vec<u8>,
-    /// What it simulates.
+    /// The kind of its subject.
     pub kind: Kind,
     /// The tick \[s\].
     pub tick: f64,
@@ -46,14 +46,14 @@ pub struct Fmu {
     pub outputs: Vec<String>,
     /// The number of parameters.
     pub parameters: usize,
-    /// The platform that it runs on, as FMI names it: `x86_64-linux`.
+    /// The platform on which it runs, as in FMI: `x86_64-linux`.
     pub platform: String,
 }
 
 /// The FMU of a subject.
 ///
 /// # Errors
-/// A subject, a tick or a start value that is not taken; no library.
+/// If a subject, a tick or a start value is invalid, or the library is missing.
 pub fn fmu(options: &Options) -> Result<Fmu, Error> {
     let (kind, text) = subject(&options.subject)?;
     let path = Path::new(&options.subject);
@@ -120,7 +120,7 @@ pub fn fmu(options: &Options) -> Result<Fmu, Error> {
     })
 }
 
-/// The library in a file: one that reads the manifests written here.
+/// Reads the library from a file and checks that it can read the manifests written here.
 fn library_at(path: &Path) -> Result<Vec<u8>, Error> {
     let bytes = fs::read(path).map_err(|reason| Error::File {
         path: path.display().to_string(),
@@ -133,9 +133,9 @@ fn library_at(path: &Path) -> Result<Vec<u8>, Error> {
     }
 }
 
-/// What a name or a file is, and its text.
+/// The kind of a name or file, and its text.
 fn subject(name: &str) -> Result<(Kind, String), Error> {
-    /// What tells a vehicle's file from an actuator's: particulars in the plane, inputs in six degrees.
+    /// The keys that distinguish a vehicle's file from an actuator's: particulars for the vertical plane, inputs for six degrees.
     #[derive(Deserialize)]
     struct Head {
         particulars: Option<serde::de::IgnoredAny>,
@@ -168,7 +168,7 @@ fn subject(name: &str) -> Result<(Kind, String), Error> {
     Ok((kind, text))
 }
 
-/// A name as C has it: of the FMU's library and its function names.
+/// A valid C name, for the FMU's library and its function names.
 fn identifier(name: &str) -> String {
     let signs = name.chars().map(|sign| match sign.is_ascii_alphanumeric() {
         true => sign,
@@ -181,7 +181,7 @@ fn identifier(name: &str) -> String {
     }
 }
 
-/// The library that runs FMUs: beside the program, where cargo or an installation has put it.
+/// The path of the library that runs FMUs, in the places where cargo or an installation puts it.
 fn library() -> Result<PathBuf, Error> {
     let name = format!("{DLL_PREFIX}{}{DLL_SUFFIX}", env!("CARGO_PKG_NAME"));
     let program = std::env::current_exe().and_then(fs::canonicalize);

@@ -1,7 +1,7 @@
-//! An FMU at work: what an importer sets, steps and reads, without the C interface.
+//! A running FMU: setting, stepping and reading, without the C interface.
 //!
-//! The subject is sampled: a tick takes the inputs as they are when it begins, and is over when a step reaches its end. Steps of any length go;
-//! one of a tick is the loop's own.
+//! The subject is sampled: a tick uses the inputs at its beginning, and is complete when a step reaches its end. Steps of any length are
+//! allowed; a step of one tick corresponds to the loop.
 
 use planesman_parameters::{Declaration, Value};
 
@@ -9,26 +9,26 @@ use crate::resources::Resources;
 use crate::subject::Simulation;
 use crate::variable::{Causality, Variable};
 
-/// The most ticks in one step: a longer step is a mistake of units.
+/// The maximum number of ticks in one step: a longer step is a mistake of units.
 const MOST_TICKS: f64 = 1e7;
 
-/// A share of a tick by which times may differ by rounding, and the most of a tick that far from 0 the steps between two numbers
-/// may make of it: then no time there is exact enough for a tick.
+/// The share of a tick by which times may differ by rounding. At large times the distance between floating-point numbers may be at most
+/// this share of a tick, or times are not exact enough.
 const ROUNDING: f64 = 1e-6;
 const MOST_ROUNDING: f64 = 0.1;
 
-/// By how much of a tick times near `time` may differ by rounding: their importers add steps up.
+/// By how much of a tick times near `time` may differ by rounding, since importers add up steps.
 fn rounding(time: f64, tick: f64) -> f64 {
     ROUNDING.max(4.0 * f64::EPSILON * time.abs() / tick)
 }
 
-/// Why a call is not obeyed. The instance is then as it was.
+/// Why a call fails. The instance is then unchanged.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub(crate) enum Fault {
-    /// The call is wrong here: `fmi3Error`.
+    /// The call is not allowed now: `fmi3Error`.
     #[error("{0}")]
     Misuse(String),
-    /// The values are not taken, others would be: `fmi3Discard`.
+    /// The values are not accepted, but others would be: `fmi3Discard`.
     #[error("{0}")]
     Discarded(String),
 }
@@ -39,7 +39,7 @@ macro_rules! misuse {
 }
 pub(crate) use misuse;
 
-/// Where an instance is between its creation and its end.
+/// The state of an instance between its creation and its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
     Instantiated,
@@ -48,22 +48,22 @@ enum Phase {
     Terminated,
 }
 
-/// What changes while it runs.
+/// The changing state of a simulation.
 struct State {
     phase: Phase,
-    /// Of every variable but time, in their order.
+    /// The values of every variable except time, in their order.
     values: Vec<Value>,
     simulation: Option<Box<dyn Simulation>>,
     start: f64,
     time: f64,
-    /// Ticks that are over.
+    /// Number of completed ticks.
     ticks: f64,
-    /// The inputs of the tick under way, once it has begun.
+    /// The inputs of the current tick, once it has begun.
     taken: Option<Vec<f64>>,
 }
 
 impl State {
-    /// As after instantiation.
+    /// The state after instantiation.
     fn new(resources: &Resources) -> Self {
         let start = resources.variables();
         Self {
@@ -95,7 +95,7 @@ pub(crate) struct Instance {
     state: State,
 }
 
-/// A state that the importer keeps, to go back to.
+/// A state that the importer saves, to return to it later.
 pub(crate) struct Kept(State);
 
 impl Instance {
@@ -106,7 +106,7 @@ impl Instance {
         }
     }
 
-    /// The variable of a value reference, and its place; `None` is time.
+    /// The variable of a value reference, and its index; `None` for time.
     fn place(&self, reference: u32) -> Result<Option<usize>, Fault> {
         let place = (reference as usize).checked_sub(1);
         match place {
@@ -120,7 +120,7 @@ impl Instance {
     /// The values of variables.
     ///
     /// # Errors
-    /// No such variable.
+    /// If there is no such variable.
     pub(crate) fn get(&mut self, references: &[u32]) -> Result<Vec<Value>, Fault> {
         let places = references.iter().map(|it| self.place(*it));
         let places: Vec<Option<usize>> = places.collect::<Result<_, _>>()?;
@@ -136,13 +136,13 @@ impl Instance {
     /// Sets variables, all or none.
     ///
     /// # Errors
-    /// A variable that is not to be set now, a value that it does not take.
+    /// If a variable must not be set now, or a value is invalid.
     pub(crate) fn set(&mut self, values: Vec<(u32, Value)>) -> Result<(), Fault> {
         let mut new = self.state.values.clone();
         let mut parameters = false;
         for (reference, value) in values {
             let place = self.place(reference)?;
-            let place = place.ok_or_else(|| misuse!("time is not set by value"))?;
+            let place = place.ok_or_else(|| misuse!("time cannot be set by value"))?;
             let Variable {
                 declaration,
                 causality,
@@ -152,7 +152,7 @@ impl Instance {
                 (Causality::Output(_), _) => return Err(misuse!("{name} is an output")),
                 (_, Phase::Terminated) => return Err(misuse!("{name}: the FMU is terminated")),
                 (Causality::Parameter, Phase::Steps) if declaration.read_only => {
-                    return Err(misuse!("{name} is fixed once the simulation has begun"));
+                    return Err(misuse!("{name} is fixed during the simulation"));
                 }
                 (Causality::Parameter, _) => parameters = true,
                 (Causality::Input, _) => {}
@@ -180,7 +180,7 @@ impl Instance {
     }
 
     /// # Errors
-    /// Anywhere but after instantiation.
+    /// If not called after instantiation.
     pub(crate) fn enter_initialisation(&mut self, start: f64) -> Result<(), Fault> {
         if self.state.phase != Phase::Instantiated {
             return Err(misuse!("initialization follows instantiation or a reset"));
@@ -188,7 +188,8 @@ impl Instance {
         let tick = self.resources.subject.tick();
         if !start.is_finite() || rounding(start, tick) > MOST_ROUNDING {
             return Err(misuse!(
-                "the start time {start:e} s: numbers there are too coarse for ticks of {tick} s; start at 0"
+                "start time {start:e} s refused: numbers of that size are too coarse for ticks of \
+                 {tick} s; start at 0"
             ));
         }
         (self.state.start, self.state.time) = (start, start);
@@ -197,7 +198,7 @@ impl Instance {
     }
 
     /// # Errors
-    /// Anywhere but in initialization; parameters that do not go together.
+    /// If not called in initialization, or parameters conflict.
     pub(crate) fn exit_initialisation(&mut self) -> Result<(), Fault> {
         if self.state.phase != Phase::Initialisation {
             return Err(misuse!("initialization has not been entered"));
@@ -208,7 +209,7 @@ impl Instance {
     }
 
     /// # Errors
-    /// Before initialization is over.
+    /// Before the end of initialization.
     pub(crate) fn terminate(&mut self) -> Result<(), Fault> {
         if self.state.phase != Phase::Steps {
             return Err(misuse!("the simulation has not begun"));
@@ -217,7 +218,7 @@ impl Instance {
         Ok(())
     }
 
-    /// As after instantiation.
+    /// Returns to the state after instantiation.
     pub(crate) fn reset(&mut self) {
         self.state = State::new(&self.resources);
     }
@@ -234,10 +235,10 @@ impl Instance {
         self.state.time
     }
 
-    /// Steps from `from` on, which is where it stands, by `step`, both in s.
+    /// Steps from `from`, which must be the current time, by `step`, both in s.
     ///
     /// # Errors
-    /// Another instant, a step that is not positive or too long; a motion that diverges, or an output that is not finite.
+    /// If `from` is another instant, the step is not positive or too long, the motion diverges, or an output is not finite.
     pub(crate) fn step(&mut self, from: f64, step: f64) -> Result<(), Fault> {
         let tick = self.resources.subject.tick();
         if self.state.phase != Phase::Steps {
@@ -250,18 +251,21 @@ impl Instance {
         // Written so that NaN is refused too.
         let is_here = (from - time).abs() <= rounding * tick;
         if !is_here {
-            return Err(misuse!("a step from {from} s: the FMU stands at {time} s"));
+            return Err(misuse!(
+                "step from {from} s refused: the FMU is at {time} s"
+            ));
         }
         if !(step > 0.0 && step / tick <= MOST_TICKS) {
             return Err(misuse!(
-                "a step of {step} s: it must be above 0, and of {MOST_TICKS:e} ticks of {tick} s at most"
+                "step of {step} s refused: it must be above 0, and at most {MOST_TICKS:e} ticks \
+                 of {tick} s"
             ));
         }
         let mut next = self.state.clone();
         next.time = from + step;
         if next.time <= time || rounding > MOST_ROUNDING {
             return Err(misuse!(
-                "a step of {step} s from {from} s: numbers there are too coarse for it"
+                "step of {step} s from {from} s refused: numbers of that size are too coarse for it"
             ));
         }
         // Where the step ends, in ticks since the start.
@@ -299,10 +303,10 @@ impl Instance {
             .collect()
     }
 
-    /// Brings the outputs up to date; from initialization on.
+    /// Updates the outputs; from initialization on.
     ///
     /// # Errors
-    /// Parameters that do not go together, an output that is not finite.
+    /// If parameters conflict, or an output is not finite.
     fn refresh(&mut self) -> Result<(), Fault> {
         if self.state.phase == Phase::Instantiated {
             return Ok(());
@@ -329,13 +333,13 @@ impl Instance {
     }
 }
 
-/// The value in the variable's own type, within its range.
+/// The value in the variable's own type, checked against its range.
 fn accepted(declaration: &Declaration, value: Value) -> Result<Value, Fault> {
     if std::mem::discriminant(&value) != std::mem::discriminant(&declaration.default) {
         let name = &declaration.name;
         let expected = declaration.default.type_with_article();
         return Err(misuse!(
-            "{name} is set as another type: {expected} is expected"
+            "{name} is set with another type: {expected} is expected"
         ));
     }
     let value = declaration.accept(value);

@@ -1,8 +1,8 @@
-//! The C functions of FMI 3.0 (section 2 and 4 of the standard): the only unsafe code, since C hands over pointers.
+//! The C functions of FMI 3.0 (sections 2 and 4 of the standard): the only unsafe code, since C passes pointers.
 //!
-//! Of what C promises this file believes what no callee can check: that an instance is one that was given out and not yet freed, that texts end with 0, and
-//! that arrays are as long as they are said to be. Everything else is checked: null, lengths, value references, types, numbers. A panic does not
-//! leave a function: it is an error there, and the instance is as it was.
+//! This file trusts C only in what no function can check: that an instance was created here and not yet freed, that texts end with 0, and
+//! that arrays have the given length. Everything else is checked: null, lengths, value references, types, numbers. A panic does not leave a
+//! function: it becomes an error, and the instance is unchanged.
 
 #![allow(
     unsafe_code,
@@ -25,13 +25,13 @@ const OK: Status = 0;
 const DISCARD: Status = 2;
 const ERROR: Status = 3;
 
-/// The most values in one call: more than an FMU has variables.
+/// The maximum number of values in one call: more than an FMU has variables.
 const MOST_VALUES: usize = 1 << 16;
 
 /// `fmi3LogMessageCallback`: environment, status, category, message.
 type LogMessage = unsafe extern "C" fn(*mut c_void, Status, *const c_char, *const c_char);
 
-/// Where messages go.
+/// The destination of messages.
 #[derive(Clone, Copy)]
 struct Log {
     message: Option<LogMessage>,
@@ -53,15 +53,15 @@ impl Log {
     }
 }
 
-/// What `fmi3Instance` points to.
+/// The object behind `fmi3Instance`.
 struct Handle {
     instance: Instance,
     log: Log,
-    /// The texts of the last call that read some: they are the importer's until the next.
+    /// The texts returned by the last call; the importer may use them until the next.
     texts: Vec<CString>,
 }
 
-/// What a call does to an instance, and the status that tells it.
+/// Runs a call on an instance, and returns its status.
 fn call(
     instance: *mut c_void,
     name: &str,
@@ -85,7 +85,7 @@ fn call(
     status
 }
 
-/// A text of C; `None` for null or what is not UTF-8.
+/// A text from C; `None` for null or invalid UTF-8.
 ///
 /// # Safety
 /// It is null or ends with 0.
@@ -94,16 +94,16 @@ unsafe fn text<'a>(text: *const c_char) -> Option<&'a str> {
     (!text.is_null()).then(|| unsafe { CStr::from_ptr(text) }.to_str().ok())?
 }
 
-/// An array of C of `count` values, copied.
+/// An array of `count` values from C, copied.
 ///
 /// # Safety
-/// It is null or as long.
+/// It is null or has that length.
 unsafe fn array<T: Copy>(array: *const T, count: usize, what: &str) -> Result<Vec<T>, Fault> {
     if count > 0 && array.is_null() {
         return Err(misuse!("{what} are null"));
     }
     if count > MOST_VALUES {
-        return Err(misuse!("{count} {what}: there are {MOST_VALUES} at most"));
+        return Err(misuse!("{count} {what}: at most {MOST_VALUES} are allowed"));
     }
     // SAFETY: as the caller says; C code need not align.
     Ok((0..count)
@@ -114,21 +114,21 @@ unsafe fn array<T: Copy>(array: *const T, count: usize, what: &str) -> Result<Ve
 /// The value references of a call, as many as it has values.
 ///
 /// # Safety
-/// As of [`array`].
+/// As for [`array`].
 unsafe fn references(given: *const u32, count: usize, values: usize) -> Result<Vec<u32>, Fault> {
     if count != values {
         return Err(misuse!(
-            "{count} value references and {values} values: every variable is one number or text"
+            "{count} value references and {values} values: every variable has one number or text"
         ));
     }
     // SAFETY: as the caller says.
     unsafe { array(given, count, "value references") }
 }
 
-/// Reads values into an array of C; `of` is the value as C has it, if it is of the type.
+/// Copies values to an array of C; `of` converts a value to C, if it has the type.
 ///
 /// # Safety
-/// The arrays are null or as long as they are said to be.
+/// The arrays are null or have the given length.
 unsafe fn get<T: Copy>(
     handle: &mut Handle,
     given: (*const u32, usize),
@@ -142,8 +142,8 @@ unsafe fn get<T: Copy>(
     }
     let read = handle.instance.get(&references)?;
     let read: Option<Vec<T>> = read.iter().map(of).collect();
-    let read = read
-        .ok_or_else(|| misuse!("a variable is of another type; modelDescription.xml has them"))?;
+    let read =
+        read.ok_or_else(|| misuse!("a variable has another type; see modelDescription.xml"))?;
     for (i, value) in read.into_iter().enumerate() {
         // SAFETY: there are as many places as values.
         unsafe { values.0.add(i).write_unaligned(value) };
@@ -154,7 +154,7 @@ unsafe fn get<T: Copy>(
 /// Sets values from an array of C.
 ///
 /// # Safety
-/// The arrays are null or as long as they are said to be.
+/// The arrays are null or have the given length.
 unsafe fn set<T: Copy>(
     handle: &mut Handle,
     given: (*const u32, usize),
@@ -174,13 +174,13 @@ unsafe fn set<T: Copy>(
         .set(references.into_iter().zip(values).collect())
 }
 
-/// A C function `(instance, arguments) -> status` that acts on a handle.
+/// Defines a C function `(instance, arguments) -> status` that acts on a handle.
 macro_rules! functions {
     ($($name:ident($($argument:ident: $kind:ty),*) $act:expr;)*) => {$(
         #[doc = concat!("`", stringify!($name), "` of FMI 3.0.")]
         ///
         /// # Safety
-        /// The instance is null or one that was given out and not freed; arrays are null or as long as said.
+        /// The instance is null or was created here and not freed; arrays are null or have the given length.
         #[unsafe(no_mangle)]
         unsafe extern "C" fn $name(instance: *mut c_void, $($argument: $kind),*) -> Status {
             call(instance, stringify!($name), $act)
@@ -188,32 +188,33 @@ macro_rules! functions {
     )*};
 }
 
-/// Functions of what this FMU does not have, as its description says. Their arguments are the caller's to clean up, and are not looked at.
+/// Defines functions that this FMU does not support, as its description says. Their arguments belong to the caller, and are not used.
 macro_rules! without {
     ($($name:ident)*) => {$(
-        #[doc = concat!("`", stringify!($name), "` of FMI 3.0: there is nothing for it to do here.")]
+        #[doc = concat!("`", stringify!($name), "` of FMI 3.0: it has no effect here.")]
         ///
         /// # Safety
-        /// The instance is null or one that was given out and not freed.
+        /// The instance is null or was created here and not freed.
         #[unsafe(no_mangle)]
         unsafe extern "C" fn $name(instance: *mut c_void) -> Status {
-            call(instance, stringify!($name), |_| Err(misuse!("this FMU does not have it: co-simulation, without events, clocks and derivatives")))
+            call(instance, stringify!($name), |_| Err(misuse!("this FMU does not support it: \
+                co-simulation, without events, clocks and derivatives")))
         }
     )*};
 }
 
-/// Reading and setting of types that no variable has: nothing is nothing to do.
+/// Defines reading and setting of types that no variable has; only empty calls succeed.
 macro_rules! absent {
     ($($name:ident)*) => {$(
-        #[doc = concat!("`", stringify!($name), "` of FMI 3.0: no variable is of the type.")]
+        #[doc = concat!("`", stringify!($name), "` of FMI 3.0: no variable has this type.")]
         ///
         /// # Safety
-        /// The instance is null or one that was given out and not freed.
+        /// The instance is null or was created here and not freed.
         #[unsafe(no_mangle)]
         unsafe extern "C" fn $name(instance: *mut c_void, _: *const c_void, count: usize) -> Status {
             call(instance, stringify!($name), |_| match count {
                 0 => Ok(()),
-                _ => Err(misuse!("no variable of this FMU is of the type")),
+                _ => Err(misuse!("no variable of this FMU has this type")),
             })
         }
     )*};
@@ -225,7 +226,7 @@ extern "C" fn fmi3GetVersion() -> *const c_char {
     c"3.0".as_ptr()
 }
 
-/// `fmi3InstantiateCoSimulation`: null, with a message, where the FMU's resources are not what they were when it was written.
+/// `fmi3InstantiateCoSimulation`: null, with a message, if the FMU's resources were changed after it was written.
 ///
 /// # Safety
 /// Texts are null or end with 0; the callback can be called with the environment.
@@ -256,7 +257,7 @@ unsafe extern "C" fn fmi3InstantiateCoSimulation(
         match token == Some(&*resources.token) {
             true => Ok(resources),
             false => Err(
-                "instantiationToken is not that of the files in resources: export the FMU anew"
+                "instantiationToken does not match the files in resources: export the FMU again"
                     .to_owned(),
             ),
         }
@@ -282,13 +283,13 @@ unsafe extern "C" fn fmi3InstantiateCoSimulation(
     }
 }
 
-/// `fmi3InstantiateModelExchange`: null, since the FMU is for co-simulation.
+/// `fmi3InstantiateModelExchange`: null, since the FMU supports co-simulation only.
 #[unsafe(no_mangle)]
 extern "C" fn fmi3InstantiateModelExchange() -> *mut c_void {
     ptr::null_mut()
 }
 
-/// `fmi3InstantiateScheduledExecution`: null, since the FMU is for co-simulation.
+/// `fmi3InstantiateScheduledExecution`: null, since the FMU supports co-simulation only.
 #[unsafe(no_mangle)]
 extern "C" fn fmi3InstantiateScheduledExecution() -> *mut c_void {
     ptr::null_mut()
@@ -297,7 +298,7 @@ extern "C" fn fmi3InstantiateScheduledExecution() -> *mut c_void {
 /// `fmi3FreeInstance`.
 ///
 /// # Safety
-/// The instance is null or one that was given out and not freed.
+/// The instance is null or was created here and not freed.
 #[unsafe(no_mangle)]
 unsafe extern "C" fn fmi3FreeInstance(instance: *mut c_void) {
     if !instance.is_null() {
@@ -378,7 +379,7 @@ functions! {
         }) };
     fmi3GetFMUState(state: *mut *mut c_void) |it| {
         if state.is_null() {
-            return Err(misuse!("there is no place for the state"));
+            return Err(misuse!("the pointer for the state is null"));
         }
         // SAFETY: the importer's place; it is null or a state that this function gave out, which is written anew.
         match unsafe { (*state).cast::<Kept>().as_mut() } {

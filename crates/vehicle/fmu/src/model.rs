@@ -4,7 +4,7 @@
 //! one input      A(q) x = B(q) (f(u) - level)       y = g(x + offset)       f or g: the static curve, where there is one
 //! several        x_(k+1) = A x_k + B u_k            y_k = C x_k + D u_k + offset
 //! ```
-//! At rest what came before the first sample is: the input at its level, the output at its offset.
+//! At rest, earlier samples are assumed to be the input's level and the output's offset.
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -17,7 +17,7 @@ use crate::error::Error;
 use crate::subject::{Parameters, Simulation, Subject};
 use crate::variable::{Causality, Variable};
 
-/// A model file, read.
+/// A model file, after reading.
 pub(crate) struct Model {
     system: System,
     sample_time: f64,
@@ -32,7 +32,7 @@ enum System {
 
 impl Model {
     /// # Errors
-    /// A file that is not taken; a tick that is not the model's own.
+    /// If a file is invalid, or the tick differs from the model's own.
     pub(crate) fn load(file: &Path, text: &str, tick: Option<f64>) -> Result<Self, Error> {
         let refused = |refusal| planesman_model_file::Error {
             path: file.display().to_string(),
@@ -77,7 +77,7 @@ impl Model {
     }
 }
 
-/// Names that are neither another's nor `time`: those that are get a number.
+/// Names that differ from each other's and from `time`: duplicates get a number.
 fn distinct(names: Vec<String>, others: &[String]) -> Vec<String> {
     let mut taken: Vec<String> = others.to_vec();
     taken.push("time".to_owned());
@@ -105,7 +105,7 @@ impl Subject for Model {
 }
 
 impl System {
-    /// The places of the inputs that act on an output in the same sample.
+    /// The indices of the inputs with direct feedthrough to an output.
     fn acts_at_once(&self, output: usize) -> Vec<usize> {
         match self {
             Self::One(one) if one.at_once != 0.0 => vec![0],
@@ -144,7 +144,7 @@ impl Simulation for System {
     }
 }
 
-/// A curve with where its play stands; only backlash has one.
+/// A curve with the state of its play; only backlash has one.
 #[derive(Clone)]
 struct Curve {
     curve: StaticCurve,
@@ -162,7 +162,7 @@ impl Curve {
 /// A difference equation.
 #[derive(Clone)]
 struct One {
-    /// `b1 ...` and `a1 ...`, without zeros behind.
+    /// `b1 ...` and `a1 ...`, without trailing zeros.
     num: Vec<f64>,
     den: Vec<f64>,
     /// `b0`.
@@ -172,7 +172,7 @@ struct One {
     /// The curves in front of the equation and behind it.
     front: Option<Curve>,
     behind: Option<Curve>,
-    /// What was before the present sample, the latest first.
+    /// Earlier samples, latest first.
     inputs: VecDeque<f64>,
     outputs: VecDeque<f64>,
 }
@@ -206,7 +206,7 @@ impl One {
         })
     }
 
-    /// The input about its level, behind the curve, and the output of the equation.
+    /// The input minus its level, after the curve, and the output of the equation.
     fn equation(&self, input: f64) -> (f64, f64) {
         let sum = |coefficients: &[f64], past: &VecDeque<f64>| -> f64 {
             coefficients.iter().zip(past).map(|(c, x)| c * x).sum()

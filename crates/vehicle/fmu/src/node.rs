@@ -1,4 +1,5 @@
-//! What an actuator and a vehicle have in common in an FMU: the core of a node, its parameters, and the numbers of the file that they name.
+//! The common part of an actuator and a vehicle in an FMU: the core of a node, its parameters, and the file that they name with its
+//! numbers.
 
 use std::path::Path;
 
@@ -9,42 +10,42 @@ use crate::numbers::Numbers;
 use crate::subject::{Parameters, Simulation, Subject};
 use crate::variable::Variable;
 
-/// The core of a node, tick by tick. A clone has the same future.
+/// The core of a node, run tick by tick. A clone has exactly the same future.
 pub(crate) trait Core: Clone + Send + Sized + 'static {
     /// The node's.
     type Parameters: planesman_parameters::Parameters + Clone + Send + Sync;
-    /// The file that is simulated, read.
+    /// The simulated file, after reading.
     type File;
-    /// The node's parameter that names the file.
+    /// The node's parameter with the file's path.
     const FILE: &'static str;
-    /// The node's parameters that have a value of their own in FMUs.
+    /// The node's parameters with special values in FMUs.
     const HELD: &'static [(&'static str, f64)] = &[];
-    /// Beginnings of the names of parameters that count at the start alone.
+    /// Beginnings of the names of parameters that have an effect only at the start.
     const FIXED: &'static [&'static str] = &[];
 
-    /// The file of this text; `name` is what errors call it.
+    /// Reads a file from its text; `name` is its name in errors.
     ///
     /// # Errors
-    /// A text that is not taken.
+    /// If the text is invalid.
     fn read(name: &str, text: &str) -> Result<Self::File, Error>;
 
     /// Inputs and outputs.
     fn variables(file: &Self::File) -> Vec<Variable>;
 
-    /// Whether a parameter of the node is the FMU's.
+    /// Whether the FMU has a parameter of the node.
     fn has(file: &Self::File, parameter: &str) -> bool;
 
     /// # Errors
-    /// Parameters that do not go together.
+    /// If parameters conflict.
     fn new(parameters: &Self::Parameters, file: Self::File) -> Result<Self, Error>;
 
-    /// As [`Simulation::set_parameters`].
+    /// Like [`Simulation::set_parameters`].
     fn set_parameters(&mut self, parameters: &Self::Parameters) -> Result<(), Error>;
 
-    /// As [`Simulation::advance`].
+    /// Like [`Simulation::advance`].
     fn advance(&mut self, inputs: &[f64]) -> Result<(), Error>;
 
-    /// As [`Simulation::outputs`].
+    /// Like [`Simulation::outputs`].
     fn outputs(&self) -> Vec<Value>;
 }
 
@@ -59,7 +60,7 @@ pub(crate) struct Node<C: Core> {
 
 impl<C: Core> Node<C> {
     /// # Errors
-    /// A file or a tick that is not taken.
+    /// If a file or a tick is invalid.
     pub(crate) fn load(file: &Path, text: &str, tick: Option<f64>) -> Result<Self, Error> {
         let name = file.display().to_string();
         let read = C::read(&name, text)?;
@@ -86,10 +87,10 @@ impl<C: Core> Node<C> {
     }
 }
 
-/// A node's parameters with those of the changes that it declares.
+/// A node's parameters with the changes to parameters that it declares.
 ///
 /// # Errors
-/// A value against its declaration.
+/// If a value does not match its declaration.
 fn changed<P: planesman_parameters::Parameters>(
     parameters: &P,
     changes: &Parameters,
@@ -118,10 +119,10 @@ impl<C: Core> Subject for Node<C> {
     }
 }
 
-/// A node's core that runs.
+/// A running core of a node.
 #[derive(Clone)]
 struct Running<C: Core> {
-    /// Those at the begin; a change gives all that may change.
+    /// The initial parameters; a change gives all that may change.
     parameters: C::Parameters,
     core: C,
 }

@@ -1,7 +1,7 @@
-//! The numbers of a subject's file as fixed parameters: each in SI, named by the path that leads to it.
+//! The numbers of a subject's file as fixed parameters: each in SI, named by its path in the file.
 //!
-//! A number that an importer changes is written into the text, in SI, and the text is read by the file's own reader. One that keeps its value stays as
-//! it is written: converted and read again it might differ in the last bit.
+//! A number that an importer changes is written into the text in SI, and the file's own reader reads the text. An unchanged number stays as
+//! written: after conversion it might differ in the last bit.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,20 +13,20 @@ use planesman_units::Quantity;
 use crate::subject::Parameters;
 use crate::variable::Variable;
 
-/// A file's text and the numbers in it.
+/// A file's text and its numbers.
 pub(crate) struct Numbers {
     text: String,
     all: Vec<Number>,
 }
 
-/// A number, and its bytes in the text, with those of its unit.
+/// A number, and its bytes in the text, including its unit.
 struct Number {
     declaration: Declaration,
     place: Range<usize>,
 }
 
 impl Numbers {
-    /// Those of a text that its reader takes; `is_taken` asks the reader.
+    /// The numbers of a text that its reader accepts; `is_taken` asks the reader.
     pub(crate) fn of(text: &str, is_taken: impl Fn(&str) -> bool) -> Self {
         let scalars = yaml::scalars(text).unwrap_or_default().into_iter();
         let numbers = scalars.filter_map(|(path, place)| Number::at(&path, text, place));
@@ -54,7 +54,7 @@ impl Numbers {
         }
     }
 
-    /// Each as a variable.
+    /// Each number as a variable.
     pub(crate) fn variables(&self) -> impl Iterator<Item = Variable> {
         let declarations = self.all.iter().map(|it| it.declaration.clone());
         declarations.map(|it| Variable::parameter(it, true))
@@ -74,7 +74,7 @@ impl Numbers {
 }
 
 impl Number {
-    /// The number that a scalar is; `None` for texts, and for what no simulation reads.
+    /// The number in a scalar; `None` for texts, and for fields that no simulation uses.
     fn at(path: &[String], text: &str, place: Range<usize>) -> Option<Self> {
         let names: Vec<&str> = path.iter().map(String::as_str).collect();
         if matches!(names[..], ["name" | "source"] | ["geometry", ..]) {

@@ -1,4 +1,4 @@
-//! The folder `resources` of an FMU: the subject's file, and `fmu.json`, which says what it is.
+//! The folder `resources` of an FMU: the subject's file, and `fmu.json`, which describes it.
 
 use std::path::Path;
 
@@ -18,19 +18,19 @@ use crate::vehicle::Driven;
 /// The file's name within `resources`.
 pub(crate) const MANIFEST: &str = "fmu.json";
 
-/// The name and the version of the manifest's format, by which a library that reads it is known.
+/// The name and version of the manifest's format, by which a library that reads it is recognised.
 pub(crate) const FORMAT: &str = "planesman fmu 1";
 
-/// The same as a value.
+/// The same as an enumeration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Format {
-    /// The only one so far.
+    /// The only version so far.
     #[default]
     #[serde(rename = "planesman fmu 1")]
     One,
 }
 
-/// What an FMU is.
+/// The description of an FMU.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Manifest {
@@ -38,7 +38,7 @@ pub(crate) struct Manifest {
     /// The version of the program that wrote it.
     pub(crate) version: String,
     pub(crate) kind: Kind,
-    /// The subject's file, beside this one.
+    /// The subject's file, in the same folder.
     pub(crate) file: String,
     /// The tick \[s\]; `None`: the subject's own.
     pub(crate) tick: Option<f64>,
@@ -47,13 +47,13 @@ pub(crate) struct Manifest {
 }
 
 impl Manifest {
-    /// As text, the same for the same FMU.
+    /// The manifest as text, always the same for the same FMU.
     pub(crate) fn text(&self) -> String {
         // Texts and finite numbers: there is nothing to fail.
         serde_json::to_string_pretty(self).unwrap_or_default()
     }
 
-    /// What tells FMUs apart: a hash of the manifest and the subject's file.
+    /// The token that distinguishes FMUs: a hash of the manifest and the subject's file.
     pub(crate) fn token(&self, subject: &str) -> String {
         let mut hash = Sha256::new();
         hash.update(self.text());
@@ -64,12 +64,12 @@ impl Manifest {
     }
 }
 
-/// An FMU's resources, read.
+/// An FMU's resources, after reading.
 pub(crate) struct Resources {
     pub(crate) manifest: Manifest,
     pub(crate) token: String,
     pub(crate) subject: Box<dyn Subject>,
-    /// Start values other than the subject's.
+    /// The variables, with start values from the manifest.
     variables: Vec<Variable>,
 }
 
@@ -77,7 +77,7 @@ impl Resources {
     /// The resources in a folder.
     ///
     /// # Errors
-    /// A manifest of another version, a subject that is not taken.
+    /// If the manifest has another version, or the subject is invalid.
     pub(crate) fn read(folder: &Path) -> Result<Self, Error> {
         let refused = |reason: String| Error::Resources {
             file: MANIFEST,
@@ -88,7 +88,9 @@ impl Resources {
         let manifest: Manifest =
             serde_json::from_str(&text).map_err(|reason| refused(reason.to_string()))?;
         if Path::new(&manifest.file).components().count() != 1 || manifest.file.starts_with('.') {
-            return Err(refused("'file' must name a file beside it".to_owned()));
+            return Err(refused(
+                "'file' must name a file in the same folder".to_owned(),
+            ));
         }
         let file = folder.join(&manifest.file);
         let text = planesman_text::read(&file).map_err(|reason| Error::File {
@@ -98,10 +100,10 @@ impl Resources {
         Self::of(manifest, &file, &text)
     }
 
-    /// Those of a manifest, for the subject in a file, or built in under that name, with this text.
+    /// The resources of a manifest, for the subject in a file, or built in with that name, with this text.
     ///
     /// # Errors
-    /// As [`Self::read`].
+    /// Like [`Self::read`].
     pub(crate) fn of(manifest: Manifest, file: &Path, text: &str) -> Result<Self, Error> {
         let subject = load(manifest.kind, file, text, manifest.tick)?;
         let mut variables = subject.variables().to_vec();
@@ -120,7 +122,7 @@ impl Resources {
         Ok(resources)
     }
 
-    /// Every variable but time, in the order of value references, which begin with 1.
+    /// Every variable except time, in the order of value references, from 1.
     pub(crate) fn variables(&self) -> impl Iterator<Item = &Variable> {
         self.variables.iter()
     }
@@ -138,7 +140,7 @@ impl Resources {
     }
 }
 
-/// Gives declarations other defaults.
+/// Changes the defaults of declarations.
 fn start(
     declared: Vec<&mut planesman_parameters::Declaration>,
     changes: &[(String, String)],
@@ -167,7 +169,7 @@ fn start(
 /// The subject in the text of a file.
 ///
 /// # Errors
-/// A file or a tick that is not taken.
+/// If a file or a tick is invalid.
 fn load(kind: Kind, file: &Path, text: &str, tick: Option<f64>) -> Result<Box<dyn Subject>, Error> {
     Ok(match kind {
         Kind::Actuator => Box::new(Node::<Ticking>::load(file, text, tick)?),

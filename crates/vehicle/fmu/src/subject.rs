@@ -1,4 +1,4 @@
-//! What an FMU simulates: an actuator, a vehicle or an identified model, each sampled at its tick.
+//! The subject of an FMU: an actuator, a vehicle or an identified model, each sampled at its tick.
 
 use planesman_parameters::Value;
 use serde::{Deserialize, Serialize};
@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 use crate::error::Error;
 use crate::variable::Variable;
 
-/// The kinds of what is exported.
+/// The kinds of subjects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
     /// An actuator file.
     Actuator,
-    /// A vehicle file, of the plane or of six degrees of freedom.
+    /// A vehicle file, of the vertical plane or of six degrees of freedom.
     Vehicle,
     /// An identified model's file.
     Model,
@@ -21,38 +21,38 @@ pub enum Kind {
 /// Parameters by name.
 pub(crate) type Parameters = [(String, Value)];
 
-/// What an FMU simulates, before it does.
+/// The subject of an FMU, before its simulation.
 pub(crate) trait Subject: Send + Sync {
-    /// The tick \[s\]: inputs are taken, and outputs change, at its multiples.
+    /// The tick \[s\]: at its multiples inputs are read and outputs change.
     fn tick(&self) -> f64;
 
-    /// Every variable but time: inputs, outputs and parameters, in this order.
+    /// Every variable except time: inputs, outputs and parameters, in this order.
     fn variables(&self) -> &[Variable];
 
-    /// The simulation at its beginning.
+    /// The simulation in its initial state.
     ///
     /// # Errors
-    /// Parameters that do not go together.
+    /// If parameters conflict.
     fn begin(&self, parameters: &Parameters) -> Result<Box<dyn Simulation>, Error>;
 }
 
-/// A simulation under way. A clone has the same future.
+/// A running simulation. A clone has exactly the same future.
 pub(crate) trait Simulation: Send {
-    /// Takes changed parameters, from the next tick on.
+    /// Applies changed parameters, from the next tick on.
     ///
     /// # Errors
-    /// Parameters that do not go together; those before then hold.
+    /// If parameters conflict; then the old ones stay.
     fn set_parameters(&mut self, parameters: &Parameters) -> Result<(), Error>;
 
-    /// Moves on by one tick, the inputs held over it.
+    /// Advances by one tick, with constant inputs.
     ///
     /// # Errors
-    /// A motion that is refused or diverges.
+    /// If a motion is refused or diverges.
     fn advance(&mut self, inputs: &[f64]) -> Result<(), Error>;
 
-    /// The outputs at the present tick, with these inputs where an output depends on them at once.
+    /// The outputs at the current tick, with these inputs for direct feedthrough.
     fn outputs(&self, inputs: &[f64]) -> Vec<Value>;
 
-    /// The same simulation once more.
+    /// A copy of the simulation.
     fn copy(&self) -> Box<dyn Simulation>;
 }

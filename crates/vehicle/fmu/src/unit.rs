@@ -1,6 +1,6 @@
-//! Units as FMI has them: exponents of the base units of SI.
+//! Units in FMI: exponents of the base units of SI.
 
-/// The base units of FMI that occur here.
+/// The base units of FMI that are used.
 const BASE: [&str; 5] = ["kg", "m", "s", "A", "rad"];
 
 /// Derived units: exponents of [`BASE`].
@@ -13,7 +13,7 @@ const DERIVED: [(&str, [i32; 5]); 6] = [
     ("Hz", [0, 0, -1, 0, 0]),
 ];
 
-/// The exponents of a unit as parameters and messages write it: `N m s^2`, `kg/m^3`. `None` for one that is not known.
+/// The exponents of a unit in the notation of parameters and messages: `N m s^2`, `kg/m^3`. `None` for an unknown unit.
 fn exponents(unit: &str) -> Option<[i32; 5]> {
     let mut found = [0; 5];
     for (place, part) in unit.split('/').enumerate() {
@@ -34,7 +34,7 @@ fn exponents(unit: &str) -> Option<[i32; 5]> {
     Some(found)
 }
 
-/// The definition of a unit in `UnitDefinitions`, with degrees beside radians; a unit that is not known has its name alone.
+/// The definition of a unit in `UnitDefinitions`, with degrees in addition to radians; an unknown unit has only its name.
 pub(crate) fn definition(unit: &str) -> String {
     let base = exponents(unit).map_or_else(String::new, |exponents| {
         let named = BASE.iter().zip(exponents).filter(|it| it.1 != 0);

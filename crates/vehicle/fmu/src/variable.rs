@@ -1,19 +1,19 @@
-//! The variables of an FMU: one table, from which `modelDescription.xml` is written and by which values are read and set.
+//! The variables of an FMU: one table, used to write `modelDescription.xml` and to read and set values.
 
 use planesman_parameters::{Declaration, Value};
 
-/// What a variable is to the importer.
+/// The role of a variable for the importer.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Causality {
     /// Set by the importer before each step, and held over the ticks that begin in it.
     Input,
-    /// Computed; it depends at once on the inputs at these places among the inputs.
+    /// Computed; with direct feedthrough from the inputs with these indices.
     Output(Vec<usize>),
     /// A constant of the simulation; one that is not read-only may change between steps.
     Parameter,
 }
 
-/// A variable: its name, type, unit, range and start value, and what it is to the importer.
+/// A variable: its name, type, unit, range, start value and causality.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Variable {
     pub(crate) declaration: Declaration,
@@ -21,7 +21,7 @@ pub(crate) struct Variable {
 }
 
 impl Variable {
-    /// An input, 0 at first.
+    /// An input with the initial value 0.
     pub(crate) fn input(name: String, unit: &'static str, description: &'static str) -> Self {
         Self {
             declaration: Declaration::of(name, &0.0, description).unit(unit),
@@ -29,7 +29,7 @@ impl Variable {
         }
     }
 
-    /// The same within a closed interval.
+    /// The same, limited to a closed interval.
     pub(crate) fn within(self, low: f64, high: f64) -> Self {
         Self {
             declaration: self.declaration.range(low, high),
@@ -37,13 +37,13 @@ impl Variable {
         }
     }
 
-    /// An output that is a field of a message.
+    /// An output from a field of a message.
     pub(crate) fn field<M: Default>(field: &Field<M>) -> Self {
         let like = (field.of)(&M::default());
         Self::output(field.name.to_owned(), &like, field.unit, field.description)
     }
 
-    /// An output of the type of `like`, which depends on no input at once.
+    /// An output with the type of `like`, without direct feedthrough.
     pub(crate) fn output(
         name: String,
         like: &Value,
@@ -60,7 +60,7 @@ impl Variable {
         }
     }
 
-    /// A parameter as a node declares it; `fixed`: once the simulation has begun, it stays.
+    /// A parameter from a node's declaration; if `fixed`, it cannot change during the simulation.
     pub(crate) fn parameter(declaration: Declaration, fixed: bool) -> Self {
         Self {
             declaration: match fixed {
@@ -72,10 +72,10 @@ impl Variable {
     }
 }
 
-/// A field of a message that is an output.
+/// A message field that is an output.
 pub(crate) struct Field<M> {
     pub(crate) name: &'static str,
-    /// As the message's definition has it; `""` for counts and flags.
+    /// As in the message's definition; `""` for counts and flags.
     pub(crate) unit: &'static str,
     pub(crate) description: &'static str,
     pub(crate) of: fn(&M) -> Value,
@@ -94,7 +94,7 @@ macro_rules! fields {
 }
 pub(crate) use fields;
 
-/// What a field holds, as a value of an FMU.
+/// A field's value as a value of an FMU.
 pub(crate) trait Read {
     fn value(&self) -> Value;
 }

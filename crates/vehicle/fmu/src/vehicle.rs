@@ -1,4 +1,4 @@
-//! A vehicle in an FMU: the core of `plant_sim`, tick by tick, its true state without instruments.
+//! A vehicle in an FMU: the core of `plant_sim`, run tick by tick, with its true state and without instruments.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::node::Core;
 use crate::variable::{Field, Variable, fields};
 
-/// Parameters of the node that are the FMU's, by the beginnings of their names: motion and water, no instrument.
+/// Beginnings of the names of the node's parameters that the FMU has: motion and water, not instruments.
 const PARAMETERS: [&str; 12] = [
     "speed",
     "propulsion",
@@ -43,13 +43,13 @@ const OUTPUTS: &[Field<VehicleState>] = fields! { VehicleState:
     contact, "", "1: touched the surface in the last tick, 2: the bottom";
 };
 
-/// The sway, which `state` does not have.
+/// The sway, which `state` lacks.
 fn sway() -> Variable {
     let description = "Velocity through the water, to starboard";
     Variable::output("sway".to_owned(), &Value::Double(0.0), "m/s", description)
 }
 
-/// What moves the vehicle over a tick.
+/// The inputs that move a vehicle over a tick.
 #[derive(Clone, Debug, PartialEq)]
 enum Drive {
     DivePlanes,
@@ -61,7 +61,7 @@ enum Drive {
 }
 
 impl Drive {
-    /// Those of a vehicle.
+    /// The inputs of a vehicle.
     fn of(craft: &VehicleModel) -> Vec<Self> {
         let has = |name: &str| match craft {
             VehicleModel::Plane(_) => false,
@@ -105,16 +105,16 @@ impl Drive {
             Self::DivePlanes => angle("dive_planes", "Bow and stern planes, positive dive"),
             Self::BowSternDifferential => angle(
                 "bow_stern_differential",
-                "Added to the bow and taken from the stern planes",
+                "Added to the bow planes and subtracted from the stern planes",
             ),
             Self::RollDifferential => angle(
                 "roll_differential",
-                "Added to the starboard and taken from the port bow plane",
+                "Added to the starboard and subtracted from the port bow plane",
             ),
             Self::Rudder => angle("rudder", "Rudder, positive turns to starboard"),
             Self::Thrust => share(
                 "thrust".to_owned(),
-                "Share of full thrust, where the parameter propulsion is thrust",
+                "Share of full thrust, if the parameter propulsion is thrust",
             ),
             Self::Thruster(name) => share(
                 format!("thrusters.{name}"),
@@ -124,7 +124,7 @@ impl Drive {
     }
 }
 
-/// A vehicle with what moves it.
+/// A vehicle with its inputs.
 #[derive(Clone)]
 pub(crate) struct Driven {
     plant: Plant,

@@ -1,42 +1,42 @@
-//! From actions in -1 to 1 to the inputs of a vehicle: an input over its range, or a force or moment shared by all thrusters.
+//! Converts actions in -1 to 1 to the inputs of a vehicle: an input over its range, or a force or moment distributed over all thrusters.
 
 use planesman_vehicle::six_dof::propulsion::{Allocation, Inverse, Thruster};
 use planesman_vehicle::six_dof::{Parts, Vehicle};
 
 use crate::refused::Refused;
 
-/// The axes of a vehicle that thrusters alone drive, in the order of forces and moments.
+/// The axes of a vehicle with thrusters only, in the order of forces and moments.
 const AXES: [&str; 6] = ["surge", "sway", "heave", "roll", "pitch", "yaw"];
 
-/// Inputs from actions.
+/// Converts actions to inputs.
 #[derive(Clone, Debug)]
 pub(crate) struct Actions {
-    /// Inputs that are held; those of thrusters are 0 where they are shared.
+    /// Constant inputs; those of thrusters are 0 if axes are used.
     held: Vec<f64>,
-    /// What each action moves, with the value at -1 and at 1.
+    /// The target of each action, with the value at -1 and at 1.
     moved: Vec<(Moved, [f64; 2])>,
     shared: Option<Shared>,
 }
 
 #[derive(Clone, Debug)]
 enum Moved {
-    /// An input, by its place.
+    /// An input, by its index.
     Input(usize),
     /// A force or moment: the thrust of each thruster \[N\] per N or N m.
     Axis(Vec<f64>),
 }
 
-/// Thrusters that share the work.
+/// Thrusters that share forces and moments.
 #[derive(Clone, Debug)]
 struct Shared {
-    /// The thrust of each that is held \[N\].
+    /// The constant thrust of each \[N\].
     held: Vec<f64>,
     /// The input of each, and its curve.
     thrusters: Vec<(usize, Inverse)>,
 }
 
 impl Actions {
-    /// Of a vehicle whose inputs or axes of these names are moved, and held.
+    /// For a vehicle with these names of moved and constant inputs or axes.
     pub(crate) fn new(
         vehicle: &Vehicle,
         moved: &[(String, [f64; 2])],
@@ -74,11 +74,11 @@ impl Actions {
             if !(range[0] < range[1] && range.iter().all(|x| x.is_finite())) {
                 return refused(
                     "actions",
-                    format!("{name} {range:?}: least and most are expected"),
+                    format!("{name} {range:?}: give the least and the largest value"),
                 );
             }
             if held.iter().any(|(other, _)| other == name) {
-                return refused("held", format!("{name} is an action"));
+                return refused("held", format!("{name} is already moved by an action"));
             }
             let one = all.resolve(parts, "actions", name)?;
             all.moved.push((one, *range));
@@ -87,13 +87,13 @@ impl Actions {
         if all.shared.is_some() && all.moved.iter().any(by_input) {
             return refused(
                 "actions",
-                "axes and thrusters one by one do not go together".to_owned(),
+                "axes and single thrusters cannot be combined".to_owned(),
             );
         }
         Ok(all)
     }
 
-    /// What a name moves.
+    /// The target that a name refers to.
     fn resolve(&mut self, parts: &Parts, entry: &str, name: &str) -> Result<Moved, Refused> {
         if let Some(k) = parts.inputs.iter().position(|input| input == name) {
             return Ok(Moved::Input(k));
@@ -118,7 +118,7 @@ impl Actions {
         Ok(Moved::Axis(allocation.thrusts(&wanted)))
     }
 
-    /// The inputs for actions, which are held to -1 to 1. `thrusts` is room to work in.
+    /// The inputs for actions, which are limited to -1 to 1. `thrusts` is a work buffer.
     pub(crate) fn inputs(&self, actions: &[f32], inputs: &mut Vec<f64>, thrusts: &mut Vec<f64>) {
         inputs.clone_from(&self.held);
         if let Some(shared) = &self.shared {
@@ -142,7 +142,7 @@ impl Actions {
     }
 }
 
-/// The thrusters with their inputs, of a vehicle that nothing else drives.
+/// The thrusters with their inputs, if the vehicle has nothing else.
 fn thrusters(parts: &Parts) -> Option<Vec<(usize, &Thruster)>> {
     let all: Vec<_> = parts.thrusters().collect();
     (!all.is_empty() && all.len() == parts.propulsors.len()).then_some(all)

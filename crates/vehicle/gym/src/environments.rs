@@ -1,4 +1,4 @@
-//! The episodes of many vehicles, stepped in parts on all cores.
+//! The episodes of many vehicles, stepped in parallel on all cores.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -12,21 +12,21 @@ use crate::options::{Options, Setting};
 use crate::refused::Refused;
 use crate::task::{MOST, Outcome, Target, Task, uniform};
 
-/// Environments of a part, which one core steps.
+/// Number of environments in a part, which one core steps.
 const PART: usize = 64;
-/// Draws of factors before none is taken for physical.
+/// Number of draws of factors before all are considered impossible.
 const DRAWS: usize = 100;
-/// A motion beyond is none \[m, m/s, rad/s\].
+/// A motion beyond this value has failed \[m, m/s, rad/s\].
 const LARGEST: f64 = 1e4;
 
-/// What a step of all environments gave.
+/// The results of a step of all environments.
 #[derive(Clone, Debug, Default)]
 pub struct Stepped {
     /// A row for each environment, in the order of [`Task::quantities`].
     pub observations: Vec<f32>,
-    /// A number for each.
+    /// One number for each environment.
     pub rewards: Vec<f64>,
-    /// A word for each.
+    /// One outcome for each environment.
     pub outcomes: Vec<Outcome>,
 }
 
@@ -41,20 +41,20 @@ pub struct Environments {
 #[derive(Clone, Debug)]
 struct One {
     random: Pcg64,
-    /// Its own vehicle, where they differ, and the factors that made it.
+    /// Its own vehicle, if vehicles are randomised, and the factors.
     own: Option<Vehicle>,
     factors: Vec<f64>,
     state: State,
     water: Water<f64>,
     target: Target,
-    /// The truth that was last to be seen.
+    /// The true quantities last observed.
     seen: [f64; MOST],
     bias: [f64; MOST],
     steps: u32,
     is_over: bool,
 }
 
-/// A part of all environments, and where its results go.
+/// A part of all environments, and the place for its results.
 struct Part<'a> {
     all: &'a mut [One],
     actions: &'a [f32],
@@ -64,10 +64,10 @@ struct Part<'a> {
 }
 
 impl Environments {
-    /// So many environments, each at the beginning of an episode; number `k` has the seed `seed + k`.
+    /// `count` environments, each at the beginning of an episode; number `k` has the seed `seed + k`.
     ///
     /// # Errors
-    /// [`Refused`] when an option breaks a rule, or the vehicle is not taken.
+    /// [`Refused`], if an option is invalid, or the vehicle cannot be used.
     pub fn new(options: &Options, count: usize, seed: u64) -> Result<Self, Refused> {
         let setting = Setting::new(options)?;
         let seeds = (0..count as u64).map(|k| seed.wrapping_add(k));
@@ -100,7 +100,7 @@ impl Environments {
         self.all.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no environments.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
@@ -112,7 +112,7 @@ impl Environments {
         self.setting.task
     }
 
-    /// What each action moves, with the value at -1 and at 1.
+    /// The name of each action's target, with the value at -1 and at 1.
     #[must_use]
     pub fn actions(&self) -> &[(String, [f64; 2])] {
         &self.setting.moved
@@ -130,10 +130,10 @@ impl Environments {
         &self.all[k].factors
     }
 
-    /// Begins an episode in each, with the seeds, or else with the numbers that follow; the first observations.
+    /// Begins an episode in each environment, with the given seeds or the next numbers; returns the first observations.
     ///
     /// # Errors
-    /// [`Refused`] when there are not so many seeds, or no factors that were drawn are physical.
+    /// [`Refused`], if the number of seeds is wrong, or no drawn factors give a possible vehicle.
     pub fn reset(&mut self, seeds: Option<&[u64]>) -> Result<Vec<f32>, Refused> {
         if let Some(seeds) = seeds {
             if seeds.len() != self.all.len() {
@@ -154,11 +154,11 @@ impl Environments {
         stepped.map(|it| it.observations)
     }
 
-    /// A step of each. `actions` has a row for each, of numbers in -1 to 1; beyond they are held there. Where the episode was over, a new one begins
-    /// instead: its first observation, a reward of 0.
+    /// Advances all environments by one step. `actions` has one row for each environment, of numbers limited to -1 to 1. If an episode was
+    /// over, a new one begins instead, with its first observation and a reward of 0.
     ///
     /// # Errors
-    /// [`Refused`] when the actions are not so many or not numbers, or no factors that were drawn are physical.
+    /// [`Refused`], if the number of actions is wrong or one is not a number, or no drawn factors give a possible vehicle.
     pub fn step(&mut self, actions: &[f32]) -> Result<Stepped, Refused> {
         let expected = self.all.len() * self.setting.moved.len();
         if actions.len() != expected {
@@ -175,7 +175,7 @@ impl Environments {
         self.in_parts(actions, advance)
     }
 
-    /// Work on all parts, on all cores.
+    /// Processes all parts on all cores.
     fn in_parts(
         &mut self,
         actions: &[f32],
@@ -220,7 +220,7 @@ fn rows<'a>(observations: &'a mut [f32], setting: &Setting) -> std::slice::Chunk
     observations.chunks_mut(setting.task.quantities().len())
 }
 
-/// A step of a part.
+/// Advances a part by one step.
 fn advance(setting: &Setting, part: &mut Part<'_>) -> Result<(), Refused> {
     let width = setting.moved.len();
     let dt = setting.conditions.step / f64::from(setting.substeps);
@@ -288,7 +288,7 @@ impl One {
         Ok(())
     }
 
-    /// A vehicle with factors of its own. Draws that no vehicle can have are thrown away.
+    /// A vehicle with random factors. Impossible vehicles are drawn again.
     fn draw_vehicle(&mut self, setting: &Setting) -> Result<(), Refused> {
         let mut left = DRAWS;
         loop {
@@ -336,7 +336,7 @@ impl One {
         (reward, outcome)
     }
 
-    /// Writes what is observed: the truth, or what sensors make of it.
+    /// Writes the observations: the true quantities, or sensor readings.
     fn observe(&mut self, setting: &Setting, row: &mut [f32]) {
         let quantities = setting.task.quantities().iter();
         for (((to, of), truth), bias) in

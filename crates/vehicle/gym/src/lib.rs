@@ -1,12 +1,12 @@
-//! Environments for reinforcement learning: many vehicles of six degrees of freedom, each with a task and an episode of its own, stepped together.
+//! Environments for reinforcement learning: many vehicles of six degrees of freedom, each with its own task and episode, stepped together.
 //!
-//! - `options`: what an environment is made of, checked.
-//! - `task`: depth, heading, docking, station: where an episode begins, what is observed, the reward.
-//! - `actions`: from actions in -1 to 1 to the inputs of a vehicle.
-//! - `environments`: the episodes, in parts on all cores.
+//! - `options`: the checked options of an environment.
+//! - `task`: depth, heading, docking, station: initial state, observations, reward.
+//! - `actions`: converts actions in -1 to 1 to the inputs of a vehicle.
+//! - `environments`: the episodes, in parallel on all cores.
 //!
-//! An environment is a function of its options, seed and actions, to the last bit: the same alone and among any number of others, on any number of cores.
-//! The Python package has them as Gymnasium's (docs/gym.md).
+//! An environment is a function of its options, seed and actions, bit for bit: alone and among any number of others, on any number of
+//! cores. The Python package has them as Gymnasium environments (docs/gym.md).
 
 mod actions;
 mod environments;

@@ -1,4 +1,4 @@
-//! What environments are made of, checked.
+//! The options of environments, checked.
 
 use planesman_vehicle::six_dof::{Vehicle, load};
 use serde::Deserialize;
@@ -7,7 +7,7 @@ use crate::actions::Actions;
 use crate::refused::Refused;
 use crate::task::{Conditions, Task};
 
-/// What environments are made of.
+/// The options of environments.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Options {
@@ -15,33 +15,33 @@ pub struct Options {
     pub task: Task,
     /// A built-in vehicle, or the path of a file.
     pub vehicle: String,
-    /// Sensors with noise and bias are observed, not the truth.
+    /// Whether to observe sensor readings with noise and bias instead of the true quantities.
     pub sensors: bool,
-    /// Inputs or axes, each with the value at -1 and at 1; those of the vehicle and task if there is none.
+    /// Inputs or axes, each with the value at -1 and at 1; `None` for those of the vehicle and task.
     pub actions: Option<Vec<(String, [f64; 2])>>,
-    /// Inputs or axes that are held; over those of the vehicle.
+    /// Constant inputs or axes; these override the vehicle's.
     pub held: Vec<(String, f64)>,
-    /// Through the water, as an episode begins \[m/s\]; that of the vehicle if there is none.
+    /// Initial speed through the water \[m/s\]; `None` for that of the vehicle.
     pub speed: Option<f64>,
-    /// Least and most speed of the current \[m/s\]; those of the task if there is none.
+    /// Least and largest speed of the current \[m/s\]; `None` for that of the task.
     pub current: Option<[f64; 2]>,
-    /// Names as of [`Vehicle::scaled`], each with the least and the most factor.
+    /// Names as in [`Vehicle::scaled`], each with its least and largest factor.
     pub randomise: Vec<(String, [f64; 2])>,
     /// Time between two actions \[s\].
     pub step: f64,
-    /// Steps of the Runge-Kutta method in it.
+    /// Runge-Kutta steps between two actions.
     pub substeps: u32,
-    /// Of an episode \[s\]; that of the task if there is none.
+    /// Duration of an episode \[s\]; `None` for that of the task.
     pub duration: Option<f64>,
 }
 
-/// Most environment steps of an episode, and Runge-Kutta steps of an environment step.
+/// Maximum number of environment steps in an episode, and of Runge-Kutta steps in an environment step.
 const MOST_STEPS: f64 = 1e6;
 const MOST_SUBSTEPS: u32 = 1000;
-/// Currents and speeds beyond are no vehicle's \[m/s\].
+/// Maximum of currents and speeds \[m/s\].
 const FASTEST: f64 = 10.0;
 
-/// Options that were checked.
+/// Checked options.
 #[derive(Clone, Debug)]
 pub(crate) struct Setting {
     pub(crate) task: Task,
@@ -103,7 +103,7 @@ impl Setting {
                 "current",
                 current[1],
                 speeds(current),
-                "least and most, of 0 to 10 m/s",
+                "least and largest, 0 to 10 m/s",
             ),
         ];
         if let Some((entry, value, _, expected)) = rules.into_iter().find(|(_, _, holds, _)| !holds)
@@ -143,12 +143,12 @@ impl Setting {
     }
 }
 
-/// Begins at \[m/s\], of the vehicles with fins.
+/// Initial speed of the vehicles with fins \[m/s\].
 const CRUISE: f64 = 1.5;
-/// Balances the drag of `lauv` at that speed \[N\].
+/// Thrust that balances the drag of `lauv` at that speed \[N\].
 const LAUV_THRUST: f64 = 9.0;
 
-/// An input or axis that is moved, with the value at -1 and at 1: rad, N, N m.
+/// A moved input or axis, with the value at -1 and at 1: rad, N, N m.
 type Moved = (&'static str, [f64; 2]);
 
 const LAUV: [Moved; 3] = [
@@ -161,7 +161,7 @@ const REMUS: [Moved; 2] = [
     ("rudder", [-0.237, 0.237]),
     ("stern_planes", [-0.237, 0.237]),
 ];
-/// Beyond 15.5 N of surge the model tumbles (its file).
+/// Beyond 15.5 N of surge the model tumbles (see its file).
 const BLUEROV: [Moved; 4] = [
     ("surge", [-12.0, 12.0]),
     ("sway", [-12.0, 12.0]),
@@ -169,7 +169,7 @@ const BLUEROV: [Moved; 4] = [
     ("yaw", [-3.0, 3.0]),
 ];
 
-/// What is moved in a task; nothing where a vehicle is not known, or has no means for it.
+/// The default actions of a task; empty if the vehicle is not known, or cannot do the task.
 fn defaults(vehicle: &str, task: Task) -> &'static [Moved] {
     match (vehicle, task) {
         ("lauv", Task::Depth) => &LAUV[1..2],

@@ -1,22 +1,22 @@
-//! Why environments were not made.
+//! Reasons why environments cannot be made.
 
 use planesman_vehicle::six_dof::{FileError, Unphysical};
 
-/// Why environments were not made.
+/// Reasons why environments cannot be made.
 #[derive(Debug, thiserror::Error)]
 pub enum Refused {
-    /// The vehicle was not taken.
+    /// The vehicle cannot be used.
     #[error(transparent)]
     Vehicle(#[from] FileError),
-    /// No vehicle has such factors.
+    /// No possible vehicle has such factors.
     #[error("randomise: {0}")]
     Randomise(#[from] Unphysical),
-    /// An option breaks a rule.
+    /// An invalid option.
     #[error("{entry}: {reason}")]
     Option {
         /// The option.
         entry: String,
-        /// What was wrong, and what is expected.
+        /// The error, and what is expected.
         reason: String,
     },
 }

@@ -1,4 +1,4 @@
-//! The tasks: where an episode begins, what is observed, the reward, and when it is over.
+//! The tasks: initial state, observations, reward, and end of an episode.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,55 +7,55 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng as _;
 use serde::Deserialize;
 
-/// What is to be done.
+/// The task of an episode.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Task {
-    /// Come to a depth and keep it.
+    /// Reach a depth and keep it.
     Depth,
-    /// Come to a heading and keep it.
+    /// Reach a heading and keep it.
     Heading,
-    /// Go into a dock, by the way it points.
+    /// Enter a dock in the direction in which it points.
     Docking,
-    /// Stay at a place and heading in a current.
+    /// Keep a place and heading in a current.
     Station,
 }
 
 /// How an environment's step ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Outcome {
-    /// The episode goes on.
+    /// The episode continues.
     #[default]
     Running,
-    /// Its goal is reached.
+    /// The goal is reached.
     Succeeded,
-    /// It cannot be reached any more.
+    /// The goal can no longer be reached.
     Failed,
-    /// Its time is up.
+    /// The time is over.
     TimeUp,
 }
 
-/// What all episodes begin with, and the time of a step.
+/// The common initial conditions of all episodes, and the time of a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Conditions {
-    /// Through the water \[m/s\]: 0 of a vehicle that hovers.
+    /// Speed through the water \[m/s\]; 0 for a vehicle that hovers.
     pub(crate) speed: f64,
-    /// Least and most speed of the current \[m/s\].
+    /// Least and largest speed of the current \[m/s\].
     pub(crate) current: [f64; 2],
     /// \[s\]
     pub(crate) step: f64,
 }
 
-/// A number that is observed.
+/// An observed quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantity {
     /// Its name.
     pub name: &'static str,
     /// Its unit.
     pub unit: &'static str,
-    /// The largest that is told.
+    /// The largest value that is observed.
     pub bound: f64,
-    /// Of a sensor: standard deviation of its noise, and of its bias, which is drawn for each episode.
+    /// For a sensor: standard deviation of its noise, and of its bias, which is drawn for each episode.
     pub deviation: f64,
 }
 
@@ -68,7 +68,7 @@ const fn quantity(name: &'static str, unit: &'static str, bound: f64, deviation:
     }
 }
 
-/// Most numbers of an observation.
+/// Maximum number of quantities in an observation.
 pub(crate) const MOST: usize = 12;
 
 const HEADING_ERROR: Quantity = quantity("heading_error", "rad", PI, 0.01);
@@ -85,7 +85,7 @@ const DEPTH_RATE: Quantity = quantity("depth_rate", "m/s", 5.0, 0.02);
 
 const DEPTH: [Quantity; 4] = [DEPTH_ERROR, DEPTH_RATE, PITCH, PITCH_RATE];
 const HEADING: [Quantity; 4] = [HEADING_ERROR, YAW_RATE, SWAY, ROLL];
-/// The place of the dock in its own axes.
+/// The place of the dock, in the dock's axes.
 const DOCKING: [Quantity; MOST] = [
     quantity("ahead", "m", 200.0, 0.1),
     quantity("starboard", "m", 200.0, 0.1),
@@ -101,7 +101,7 @@ const DOCKING: [Quantity; MOST] = [
     YAW_RATE,
 ];
 
-/// Where an episode's target is, and where to it points. North and east of it are 0.
+/// The position of an episode's target, and its direction. North and east of the target are 0.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Target {
     pub(crate) depth: f64,
@@ -116,19 +116,19 @@ pub(crate) struct Start {
     pub(crate) current: [f64; 3],
 }
 
-/// The depth of targets \[m\]; no surface is near.
+/// The depth of targets \[m\], far from the surface.
 const DEPTH_OF_TARGETS: f64 = 20.0;
-/// Radius of the dock's mouth \[m\], and the largest angle at which it takes a vehicle \[rad\].
+/// Radius of the dock's mouth \[m\], and the largest angle at which a vehicle can enter \[rad\].
 const MOUTH: f64 = 0.5;
 const STEEPEST: f64 = 0.35;
-/// Fastest in the dock's mouth, of a vehicle that hovers \[m/s\].
+/// The largest speed in the dock's mouth for a vehicle that hovers \[m/s\].
 const GENTLE: f64 = 0.5;
-/// What a dock gives or takes at the end \[m\].
+/// Final reward in the dock, and penalty outside \[m\].
 const PRIZE: f64 = 10.0;
-/// Farther from its target a vehicle is lost \[m\].
+/// At a larger distance from its target a vehicle has failed \[m\].
 const LOST: f64 = 50.0;
 
-/// A number in a span, evenly likely.
+/// A number from a uniform distribution.
 pub(crate) fn uniform(random: &mut Pcg64, [least, most]: [f64; 2]) -> f64 {
     let share = (random.next_u64() >> 11) as f64 * (0.5_f64).powi(53);
     least + share * (most - least)
@@ -139,7 +139,7 @@ fn wrapped(angle: f64) -> f64 {
 }
 
 impl Task {
-    /// What is observed, in its order.
+    /// The observed quantities, in order.
     #[must_use]
     pub fn quantities(self) -> &'static [Quantity] {
         match self {
@@ -149,7 +149,7 @@ impl Task {
         }
     }
 
-    /// Of an episode \[s\].
+    /// Duration of an episode \[s\].
     pub(crate) fn duration(self) -> f64 {
         match self {
             Self::Depth => 40.0,
@@ -158,7 +158,7 @@ impl Task {
         }
     }
 
-    /// Least and most speed of the current \[m/s\], for a vehicle that begins at a speed.
+    /// Least and largest speed of the current \[m/s\], for a vehicle with an initial speed.
     pub(crate) fn current(self, speed: f64) -> [f64; 2] {
         match self {
             Self::Depth | Self::Heading => [0.0, 0.3],
@@ -229,7 +229,7 @@ impl Task {
         }
     }
 
-    /// What there is to see, in the order of [`Task::quantities`].
+    /// The observed values, in the order of [`Task::quantities`].
     pub(crate) fn numbers(self, state: &State, target: Target) -> [f64; MOST] {
         let r = rotation::matrix(state.attitude);
         let [roll, pitch, yaw] = rotation::euler(state.attitude);
@@ -272,9 +272,10 @@ impl Task {
         numbers
     }
 
-    /// The reward of a step from `before` to `after`, and how the episode ends, where it does. `effort` is the mean of the actions' squares.
+    /// The reward of a step from `before` to `after`, and the outcome if the episode ends. `effort` is the mean of the squared actions.
     ///
-    /// All but docking earn `step / (1 + cost)`: at most the time, and what is far from its target some of it too. The dock pays for each metre nearer.
+    /// All tasks except docking give `step / (1 + cost)`: at most the time, and a part of it even far from the target. Docking rewards each
+    /// metre of approach.
     pub(crate) fn judge(
         self,
         conditions: &Conditions,

@@ -1,8 +1,7 @@
-//! Actuator files: YAML, every quantity with its unit, converted to SI once, here.
+//! Actuator files in YAML: every quantity has its unit and is converted to SI here, once.
 //!
-//! `actuators/table_4_1.yaml` is the example; the fields are Tables 3-1 and 4-1 of IBM
-//! 66-L03-005. [`BUILT_IN`] has the files that are built in; `auv_two_speed` is the example of a `small_volume`.
-//! A file with `edges` is a circuit of on/off valves ([`planesman_circuit::file`]).
+//! `actuators/table_4_1.yaml` is the example; the fields are Tables 3-1 and 4-1 of IBM 66-L03-005. [`BUILT_IN`] lists the built-in files;
+//! `auv_two_speed` is the example of a `small_volume`. A file with `edges` is a circuit of on/off valves ([`planesman_circuit::file`]).
 
 use std::borrow::Cow;
 use std::f64::consts::PI;
@@ -32,14 +31,13 @@ pub const BUILT_IN: &[(&str, &str)] = &[
     ("table_4_1", include_str!("../actuators/table_4_1.yaml")),
 ];
 
-/// Electrical energy for one switching of a valve, J, where the file gives none: of a cartridge valve that switches in
-/// milliseconds. 50 to 55 V for 6 to 8 ms, the current rising to 3 A: 52.5 V 3 A 7 ms/2 (voltages, times and
-/// highest current by F. Breidi, T. Helmus, M. Holland and J. Lumkes, "The Impact of Peak-And-Hold and Reverse Current
-/// Driving Strategies on the Dynamic Performance of Commercial Cartridge Valves", ASME/Bath FPMC 2014). A latching valve
-/// takes nothing while it holds.
+/// Default electrical energy for one switching of a valve, J: the value of a cartridge valve that switches in milliseconds. 50 to 55 V for
+/// 6 to 8 ms, the current rising to 3 A: 52.5 V 3 A 7 ms/2 (voltages, times and highest current by F. Breidi, T. Helmus, M. Holland and J.
+/// Lumkes, "The Impact of Peak-And-Hold and Reverse Current Driving Strategies on the Dynamic Performance of Commercial Cartridge Valves",
+/// ASME/Bath FPMC 2014). A latching valve draws no energy while it holds.
 pub const SWITCHING_ENERGY: f64 = 0.55;
 
-/// The shortest time constant, s, and the most rad of a valve cycle, that are simulated.
+/// Limits of the simulation: the shortest time constant, s, and the most rad in one valve cycle.
 const SHORTEST_TIME: f64 = 1e-6;
 const MOST_RADIANS: f64 = 1e4;
 
@@ -51,20 +49,20 @@ pub enum ActuatorFileError {
     Unreadable {
         /// The path.
         file: String,
-        /// The error of the operating system.
+        /// Reason from the operating system.
         reason: String,
-        /// The built-in name that was probably meant, as a question; empty if none is similar.
+        /// A suggestion of the built-in name, as a question; empty if no name is similar.
         meant: String,
     },
-    /// The file is not YAML, misses a field, or has one that is not known.
+    /// The file is not YAML, lacks a field, or has an unknown field.
     #[error("actuator file '{file}': {reason}")]
     Malformed {
         /// The path or built-in name.
         file: String,
-        /// The reason and the place.
+        /// Reason, and place in the file.
         reason: String,
     },
-    /// A circuit of on/off valves, where an actuator of metered volumes is meant.
+    /// The file is a circuit of on/off valves, but an actuator of metered volumes is needed.
     #[error(
         "actuator file '{0}' is a circuit of on/off valves, and only an actuator of metered volumes has these; `planesman dha design {0}` is for circuits"
     )]
@@ -74,7 +72,7 @@ pub enum ActuatorFileError {
     Refused {
         /// The path or built-in name.
         file: String,
-        /// The field, its value and the rule.
+        /// Field, value and rule.
         refusal: Refusal,
     },
 }
@@ -90,10 +88,10 @@ pub fn built_in() -> impl Iterator<Item = (&'static str, &'static str)> {
     BUILT_IN.iter().chain(circuit_file::BUILT_IN).copied()
 }
 
-/// The built-in actuator `name`, or the one in the file at the path `name`.
+/// Loads the built-in actuator `name`, or the file at the path `name`.
 ///
 /// # Errors
-/// [`ActuatorFileError`], naming file, field, value and rule.
+/// [`ActuatorFileError`], with file, field, value and rule.
 pub fn load(name: &str) -> Result<ActuatorSet, ActuatorFileError> {
     match read(name)? {
         ActuatorFile::Metering(set) => Ok(*set),
@@ -101,10 +99,10 @@ pub fn load(name: &str) -> Result<ActuatorSet, ActuatorFileError> {
     }
 }
 
-/// The built-in actuator or circuit `name`, or the one in the file at the path `name`.
+/// Reads the built-in actuator or circuit `name`, or the file at the path `name`.
 ///
 /// # Errors
-/// [`ActuatorFileError`], naming file, field, value and rule.
+/// [`ActuatorFileError`], with file, field, value and rule.
 pub fn read(name: &str) -> Result<ActuatorFile, ActuatorFileError> {
     if let Some((name, text)) = built_in().find(|(built_in, _)| *built_in == name) {
         return of_text(name, text);
@@ -120,10 +118,10 @@ pub fn read(name: &str) -> Result<ActuatorFile, ActuatorFileError> {
     of_text(name, &text)
 }
 
-/// The actuator or circuit that `text` describes; `file` is what to call it in errors.
+/// Parses the actuator or circuit in `text`; errors call it `file`.
 ///
 /// # Errors
-/// [`ActuatorFileError`], naming file, field, value and rule.
+/// [`ActuatorFileError`], with file, field, value and rule.
 pub fn of_text(file: &str, text: &str) -> Result<ActuatorFile, ActuatorFileError> {
     if !circuit_file::is_circuit(text) {
         return Ok(ActuatorFile::Metering(Box::new(parse(file, text)?)));
@@ -140,10 +138,10 @@ pub fn of_text(file: &str, text: &str) -> Result<ActuatorFile, ActuatorFileError
     }
 }
 
-/// The actuator that `text` describes; `file` is what to call it in errors.
+/// Parses the actuator in `text`; errors call it `file`.
 ///
 /// # Errors
-/// [`ActuatorFileError`], naming file, field, value and rule.
+/// [`ActuatorFileError`], with file, field, value and rule.
 pub fn parse(file: &str, text: &str) -> Result<ActuatorSet, ActuatorFileError> {
     let written: File = yaml::from_str(text).map_err(|error| ActuatorFileError::Malformed {
         file: file.to_owned(),
@@ -156,7 +154,7 @@ pub fn parse(file: &str, text: &str) -> Result<ActuatorSet, ActuatorFileError> {
     })
 }
 
-/// A field, and the rule that its value breaks.
+/// A field, and the rule that its value violates.
 type Broken = (&'static str, String);
 
 #[derive(Deserialize)]
@@ -244,8 +242,8 @@ struct Logic {
     limit_feedback: Option<f64>,
 }
 
-/// A quantity in SI within a range; it may also be given as the plane angle it makes, or as the turning rate, for a flow. `per_radian` is the
-/// quantity that moves the planes by one radian (per second).
+/// Reads a quantity in SI and checks its range; the file may also give it as a plane angle, or a flow as a turning rate. `per_radian` is
+/// the quantity that moves the planes by 1 rad, or by 1 rad/s.
 fn angle_or(
     dimension: Dimension,
     range: [f64; 2],
@@ -338,11 +336,11 @@ impl Logic {
     }
 }
 
-/// Whether a rule holds, the field that it is about, and what is accepted there.
+/// Whether a rule is met, its field, and the allowed values.
 type CheckedRule = (bool, &'static str, Cow<'static, str>);
 
 impl ActuatorSet {
-    /// Checks the rules between fields.
+    /// Checks the rules that relate several fields.
     fn check(&self) -> Result<(), Broken> {
         let logic: [CheckedRule; 2] = [
             (
@@ -363,7 +361,7 @@ impl ActuatorSet {
         broken.map_or(Ok(()), |(_, field, rule)| Err((field, rule.into_owned())))
     }
 
-    /// Pressures that keep oil from flowing backwards, and move the ram.
+    /// Rules for the pressures: no backward flow, and enough force to move the ram.
     fn pressure_rules(&self) -> [CheckedRule; 6] {
         let oil = &self.oil;
         let resting = oil.supply / self.area_ratio;
@@ -406,7 +404,7 @@ impl ActuatorSet {
         ]
     }
 
-    /// A small volume that is smaller than the large one in every way.
+    /// Rules for the small volume: smaller than the large volume in every respect.
     fn small_rules(&self, small: &SmallVolume) -> [CheckedRule; 3] {
         [
             (
@@ -428,7 +426,7 @@ impl ActuatorSet {
         ]
     }
 
-    /// Times that end, and are long enough to simulate.
+    /// Rules for the times: volumes arrive in time, and no time constant is too short to simulate.
     fn time_rules(&self) -> [CheckedRule; 4] {
         let load = &self.load;
         let leakage_rate = self.pressure_leakage() * self.oil.stiffness;

@@ -1,4 +1,4 @@
-//! The actuator of the planes: the digital hydraulic actuator, or a simpler one to compare with.
+//! The model of the planes' actuator: the digital hydraulic actuator, or a simpler model for comparison.
 
 use planesman_circuit as circuit;
 
@@ -9,73 +9,73 @@ use crate::energy::Energy;
 use crate::first_order::{FirstOrder, Lag};
 use crate::hydraulics::Reading;
 
-/// Largest error of a step of a circuit's integration, as a share of each quantity's scale.
+/// Largest error of one integration step of a circuit, relative to each quantity's scale.
 const ACCURACY: f64 = 1e-8;
 
-/// Seed of the scatter of a circuit's valves.
+/// Seed of the scatter of a circuit's valve times.
 const SEED: u64 = 1;
 
-/// Which actuator stands behind the messages.
+/// Choice of the actuator model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum Model {
     /// The digital hydraulic actuator.
     Dha,
     /// A lag of first order with a rate limit.
     FirstOrder,
-    /// Planes that follow their command at once.
+    /// Planes without delay.
     Ideal,
 }
 
-/// The demand on an actuator of any model.
+/// The demand on an actuator, for every model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Request {
-    /// The angle for all of them, and the digital one's settings.
+    /// The commanded angle, and the settings of the digital actuator.
     pub demand: Demand,
     /// The force on the ram of a circuit, against positive motion, N.
     pub load_force: f64,
-    /// The first-order one's law.
+    /// Parameters of the first-order model.
     pub lag: Lag,
 }
 
-/// An actuator behind the messages. Cloning it clones its whole future.
+/// State of an actuator of any model. A clone behaves identically from then on.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant)] // a few live in a node, and they are copied, not boxed
 pub(crate) enum ActuatorModel {
     /// The digital hydraulic actuator of metered volumes.
     Dha(Dha),
-    /// That of on/off valves in parallel, and its moment arm, m.
+    /// An actuator of parallel on/off valves, and its moment arm, m.
     Circuit(Box<circuit::Actuator>, f64),
     /// A lag of first order with a rate limit.
     FirstOrder(FirstOrder),
-    /// Planes at the angle asked for, rad, at once.
+    /// Planes without delay: their angle, rad.
     Ideal(f64),
 }
 
-/// Where the planes are.
+/// State of the planes and their actuator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Planes {
     /// Plane angle, rad.
     pub angle: f64,
     /// Plane rate, rad/s.
     pub rate: f64,
-    /// The reading of the metering hydraulics; `None` for an actuator without.
+    /// Reading of the metering hydraulics; `None` for other actuators.
     pub reading: Option<Reading>,
-    /// That of a circuit of on/off valves.
+    /// State of a circuit of on/off valves; `None` for other actuators.
     pub chambers: Option<Chambers>,
 }
 
-/// The hydraulics of a circuit of on/off valves.
+/// State of a circuit of on/off valves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Chambers {
-    /// p_A and p_B, gauge, Pa; p_B is 0 where there is no chamber B.
+    /// p_A and p_B, gauge, Pa; p_B is 0 if there is no chamber B.
     pub pressures: [f64; 2],
     /// The ram moves.
     pub sliding: bool,
-    /// It lies on a stop.
+    /// The ram lies on a stop.
     pub at_stop: bool,
-    /// Net volume from the levels, m^3.
+    /// Net volume from the supply levels, m^3.
     pub volume: f64,
-    /// Switchings commanded since the start.
+    /// Commanded switchings since the start.
     pub switchings: u64,
 }
 
@@ -100,7 +100,7 @@ impl Chambers {
 }
 
 impl ActuatorModel {
-    /// Planes neutral and at rest.
+    /// Returns an actuator at rest with neutral planes.
     #[must_use]
     pub(crate) fn new(model: Model, file: &ActuatorFile, lag: Lag) -> Self {
         match model {
@@ -116,8 +116,8 @@ impl ActuatorModel {
         }
     }
 
-    /// Makes a demand take effect at the instant `nanos`, to which it has been advanced: at once on an ideal actuator, at its
-    /// next valve cycle on the digital one, from now on with a lag; the force on a circuit's ram at once.
+    /// Applies a demand at the instant `nanos`, up to which the actuator must have been advanced. The ideal and the first-order model
+    /// follow at once, the digital actuator from its next valve cycle; a circuit's load force changes at once.
     pub(crate) fn ask(&mut self, nanos: i64, request: &Request) {
         match self {
             Self::Ideal(angle) => *angle = request.demand.angle,
@@ -148,7 +148,7 @@ impl ActuatorModel {
         }
     }
 
-    /// The field of the actuator's file by which its motion could not be solved, if it could not.
+    /// Returns the field of the actuator's file that prevented a solution of the motion; `None` if it was solved.
     #[must_use]
     pub(crate) fn unsolved(&self) -> Option<String> {
         match self {
@@ -161,8 +161,8 @@ impl ActuatorModel {
         }
     }
 
-    /// The energies since the start: of a circuit at the instant `nanos`, to which it has been advanced, of metered volumes up to
-    /// the last change of flow or law before it; `None` for an actuator without hydraulics.
+    /// Energies since the start. A circuit's are those at `nanos`; those of metered volumes end at the last change of flow or law. `None`
+    /// for an actuator without hydraulics.
     #[must_use]
     pub(crate) fn energy(&self, nanos: i64) -> Option<Energy> {
         match self {
@@ -175,8 +175,8 @@ impl ActuatorModel {
         }
     }
 
-    /// Appends the plane angle, rad, at the instant `nanos`, to which it has been advanced, and where that is known
-    /// already at times after it, `interval` s apart; at most `count` in all.
+    /// Appends the plane angle, rad, at `nanos`, up to which the actuator has been advanced. Appends also the angles known for later times,
+    /// `interval` s apart; at most `count` values in all.
     pub(crate) fn sample(&self, nanos: i64, interval: f64, count: usize, angles: &mut Vec<f64>) {
         match self {
             Self::Dha(dha) => dha.sample(nanos, interval, count, angles),
@@ -186,7 +186,7 @@ impl ActuatorModel {
         }
     }
 
-    /// The planes at the instant `nanos`, to which it has been advanced.
+    /// State of the planes at `nanos`, up to which the actuator has been advanced.
     #[must_use]
     pub(crate) fn planes(&self, nanos: i64) -> Planes {
         let bare = |angle, rate| Planes {

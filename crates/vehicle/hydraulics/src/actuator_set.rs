@@ -1,7 +1,7 @@
-//! One actuator's constants, in SI, and what follows from them.
+//! Constants of one actuator in SI, and derived quantities.
 //!
-//! Symbols as in IBM 66-L03-005 (1966), Tables 3-1 and 4-1 and the list of symbols. Positive
-//! is ram to the right, which is pressure, volume and pulses positive, and planes to dive.
+//! Symbols as in IBM 66-L03-005 (1966), Tables 3-1 and 4-1 and the list of symbols. Positive directions: ram to the right, pressure, volume
+//! and pulses positive, planes to dive.
 
 use std::sync::Arc;
 
@@ -9,17 +9,17 @@ use planesman_circuit::Circuit;
 use planesman_units::readers;
 use serde::Deserialize;
 
-/// What an actuator file describes.
+/// Content of an actuator file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ActuatorFile {
-    /// A ram moved in metered volumes, of the 1966 study's kind.
+    /// A ram moved by metered volumes, as in the 1966 study.
     Metering(Box<ActuatorSet>),
-    /// A ram behind on/off valves in parallel.
+    /// A ram driven by parallel on/off valves.
     Circuit(Arc<Circuit>),
 }
 
 impl ActuatorFile {
-    /// R, m: ram travel per radian of plane.
+    /// R, m: ram travel per radian of plane angle.
     #[must_use]
     pub fn moment_arm(&self) -> f64 {
         match self {
@@ -29,12 +29,12 @@ impl ActuatorFile {
     }
 }
 
-/// The constants of one actuator. Made by [`crate::actuator_file`], which validates them.
+/// The constants of one actuator. [`crate::actuator_file`] creates and validates it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ActuatorSet {
     /// Its name.
     pub name: String,
-    /// Where the numbers come from.
+    /// Source of the numbers.
     pub source: String,
     /// The load at the ram.
     pub load: RamLoad,
@@ -42,37 +42,37 @@ pub struct ActuatorSet {
     pub area: f64,
     /// A_L/A_R, at the ram's two faces.
     pub area_ratio: f64,
-    /// V_lim, m^3: |V_T| never exceeds it; infinite when there is none.
+    /// V_lim, m^3: limit of |V_T|; infinite if there is no limit.
     pub volume_limit: f64,
-    /// x_stop, m: |X_1| never exceeds it; infinite when there is none.
+    /// x_stop, m: limit of |X_1|; infinite if there is no stop.
     pub stop: f64,
     /// The oil.
     pub oil: Oil,
     /// V_c, m^3: the calibrated volume.
     pub volume: f64,
-    /// f_c in millihertz, whole, so that cycle times are exact.
+    /// f_c in millihertz; a whole number keeps cycle times exact.
     pub frequency_millihertz: u32,
     /// T_v, s: from the command to the flow.
     pub valve_time: f64,
-    /// T_f, s: how long a calibrated volume flows.
+    /// T_f, s: flow time of a calibrated volume.
     pub flow_time: f64,
-    /// T_D, s: what the interface adds to T_v.
+    /// T_D, s: delay of the interface in addition to T_v.
     pub extra_delay: f64,
     /// Electrical energy of a valve's solenoid for one switching, J.
     pub switching_energy: f64,
-    /// q_L, m^3/s: drift, with the sign valve's polarity.
+    /// q_L, m^3/s: drift; its sign is the sign valve's polarity.
     pub rate_gain: f64,
     /// q_LC, m^3/s: constant leakage.
     pub error_rate: f64,
-    /// delta_b, rad: what the pulse logic books for one volume.
+    /// delta_b, rad: angle that the pulse logic counts for one volume.
     pub quantum: f64,
-    /// e_b, rad: the error beyond which a volume is commanded.
+    /// e_b, rad: error above which a volume is commanded.
     pub threshold: f64,
-    /// The second calibrating cylinder; none on an actuator that can only be single-speed.
+    /// Second calibrating cylinder; `None` for a single-speed actuator.
     pub small: Option<SmallVolume>,
-    /// X_lim, m: no volume is commanded outwards beyond it; infinite when there is none.
+    /// X_lim, m: no outward volume is commanded beyond it; infinite if there is no limit.
     pub inhibit_beyond: f64,
-    /// The amount that the pulse logic books for a volume that was inhibited.
+    /// What the pulse logic counts for an inhibited volume.
     pub limit_option: LimitOption,
 }
 
@@ -100,7 +100,7 @@ pub struct RamLoad {
     /// Delta F, N: Coulomb friction, static and kinetic alike.
     #[serde(with = "coulomb")]
     pub coulomb: f64,
-    /// R, m: ram travel per radian of plane.
+    /// R, m: ram travel per radian of plane angle.
     #[serde(with = "moment_arm")]
     pub moment_arm: f64,
 }
@@ -109,7 +109,7 @@ pub struct RamLoad {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Oil {
-    /// beta/V, Pa/m^3: pressure for a volume squeezed in.
+    /// beta/V, Pa/m^3: pressure rise per squeezed volume.
     #[serde(with = "stiffness")]
     pub stiffness: f64,
     /// P_h, Pa.
@@ -133,22 +133,22 @@ pub struct SmallVolume {
     pub volume: f64,
     /// T_fs, s; at most T_f.
     pub flow_time: f64,
-    /// delta_s, rad: what the pulse logic books for it.
+    /// delta_s, rad: angle that the pulse logic counts for it.
     pub quantum: f64,
-    /// e_s, rad: the error beyond which it is commanded.
+    /// e_s, rad: error above which it is commanded.
     pub threshold: f64,
 }
 
 /// The travel limit in the control computer (Section II.B.1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LimitOption {
-    /// Option 1: no feedback from the actuator; the inhibited volume is booked as if moved.
+    /// Option 1: the actuator gives no feedback; the logic counts the inhibited volume as moved.
     Unaware,
-    /// Option 2: the limit is detected; this feedback delta_L (rad) is booked instead.
+    /// Option 2: the limit is detected, and the logic counts delta_L (rad) instead.
     Aware(f64),
 }
 
-/// The largest number of cycles over which one command's flow may reach.
+/// Largest number of cycles over which the flow of one command may extend.
 pub(crate) const MOST_CYCLES_IN_FLIGHT: usize = 8;
 
 impl ActuatorSet {
@@ -164,41 +164,41 @@ impl ActuatorSet {
         self.extra_delay + self.valve_time
     }
 
-    /// m = ceil((T_D + T_v + T_f)/T) - 1: earlier commands whose volume has not wholly arrived
-    /// when the next decision is due. The report's "last command" is m = 1.
+    /// m = ceil((T_D + T_v + T_f)/T) - 1: number of earlier commands whose volume is still arriving at the next decision. The report's
+    /// "last command" is m = 1.
     #[must_use]
     pub fn commands_in_flight(&self) -> usize {
         let cycles = ((self.delay() + self.flow_time) / self.cycle() - 1e-9).ceil();
         (cycles as usize).saturating_sub(1)
     }
 
-    /// k = 2 q_L/P_h, m^3/(s Pa): oil lost past the calibrating piston for differential pressure.
+    /// k = 2 q_L/P_h, m^3/(s Pa): leakage past the calibrating piston per differential pressure.
     #[must_use]
     pub fn pressure_leakage(&self) -> f64 {
         2.0 * self.rate_gain / self.oil.supply
     }
 
-    /// V_c/A_L, m: the ram's quantum.
+    /// V_c/A_L, m: position quantum of the ram.
     #[must_use]
     pub fn ram_quantum(&self) -> f64 {
         self.volume / self.area
     }
 
-    /// V_c/(A_L R), rad: the planes' quantum.
+    /// V_c/(A_L R), rad: angle quantum of the planes.
     #[must_use]
     pub fn plane_quantum(&self) -> f64 {
         self.ram_quantum() / self.load.moment_arm
     }
 
-    /// V_c f_c/A_L, m/s: the ram's speed with a volume in every cycle.
+    /// V_c f_c/A_L, m/s: ram speed with one volume in every cycle.
     #[must_use]
     pub fn slew_rate(&self) -> f64 {
         self.ram_quantum() / self.cycle()
     }
 
-    /// What an ideal proportional valve would take in this actuator's own circuit, J: one that joins the larger chamber to supply or
-    /// return, while the smaller one stays at the supply. `four_way` is what a 4-way valve takes for the same motion
-    /// ([`Energy::proportional_valve`](crate::Energy::proportional_valve)), `moved` how far the ram is from where it began, m.
+    /// Energy of an ideal proportional valve in this actuator's own circuit, J. The valve joins the larger chamber to supply or return; the
+    /// smaller chamber stays at the supply. `four_way` is the energy of a 4-way valve for the same motion
+    /// ([`Energy::proportional_valve`](crate::Energy::proportional_valve)); `moved` is the ram's distance from its start, m.
     ///
     /// ```text
     /// int P_h (A_L - A_R) max(v, 0) + (P_h A_R - P_R A_L) max(-v, 0) dt
@@ -213,8 +213,7 @@ impl ActuatorSet {
         high * (large - small) * to_right + left * (to_right - moved)
     }
 
-    /// (P_m A_L - Delta F)/C, m/s: the speeds `(positive, negative)` that the clamped pressure
-    /// can sustain.
+    /// (P_m A_L - Delta F)/C, m/s: sustainable speeds `(positive, negative)` at the clamped pressure.
     #[must_use]
     pub fn force_limits(&self) -> (f64, f64) {
         let speed = |pressure: f64| (pressure * self.area - self.load.coulomb) / self.load.viscous;
@@ -224,7 +223,7 @@ impl ActuatorSet {
         )
     }
 
-    /// A_L^2 beta/V, N/m: the oil column's stiffness at the ram.
+    /// A_L^2 beta/V, N/m: stiffness of the oil column at the ram.
     #[must_use]
     pub fn column_stiffness(&self) -> f64 {
         self.area * self.area * self.oil.stiffness
@@ -236,39 +235,38 @@ impl ActuatorSet {
         self.area * (self.oil.stiffness / self.load.mass).sqrt()
     }
 
-    /// zeta = C/(2 M omega_n), by the viscous load alone.
+    /// zeta = C/(2 M omega_n): damping by the viscous load only.
     #[must_use]
     pub fn damping_ratio(&self) -> f64 {
         self.load.viscous / (2.0 * self.load.mass * self.natural_frequency())
     }
 
-    /// The share of the leakage k P_d in the damping ratio.
+    /// Damping ratio due to the leakage k P_d.
     #[must_use]
     pub fn leakage_damping(&self) -> f64 {
         self.pressure_leakage() * self.oil.stiffness / (2.0 * self.natural_frequency())
     }
 
-    /// Delta F/(A_L^2 beta/V), m: how far from V_T/A_L the ram may rest.
+    /// Delta F/(A_L^2 beta/V), m: largest distance from V_T/A_L at which the ram may rest.
     #[must_use]
     pub fn stiction_band(&self) -> f64 {
         self.load.coulomb / self.column_stiffness()
     }
 
-    /// P_L0 = P_h A_R/A_L, Pa: the larger chamber's pressure at rest.
+    /// P_L0 = P_h A_R/A_L, Pa: pressure of the larger chamber at rest.
     #[must_use]
     pub fn resting_pressure(&self) -> f64 {
         self.oil.supply / self.area_ratio
     }
 
-    /// K_L = q_L/(A_L R), rad/s: the planes' drift.
+    /// K_L = q_L/(A_L R), rad/s: drift rate of the planes.
     #[must_use]
     pub fn drift_rate(&self) -> f64 {
         self.rate_gain / (self.area * self.load.moment_arm)
     }
 
-    /// The ram's steady creep against friction, m/s, under drift of polarity `sign`:
-    /// (s q_L + q_LC - k s Delta F/A_L)/(A_L + k C/A_L). Zero where the leakage past the piston
-    /// balances the drift before the load breaks away.
+    /// Steady creep of the ram against friction, m/s, under drift of polarity `sign`: (s q_L + q_LC - k s Delta F/A_L)/(A_L + k C/A_L).
+    /// Zero if the leakage past the piston balances the drift before the load breaks away.
     #[must_use]
     pub fn creep(&self, sign: f64) -> f64 {
         let k = self.pressure_leakage();

@@ -1,8 +1,8 @@
-//! The ram's motion within one mode in closed form: exact for any length of time ([`crate::modes`] has the laws).
+//! Closed-form motion of the ram within one mode, exact for any length of time ([`crate::modes`] has the equations).
 
 use crate::modes::{Constants, FrictionState, Mode, Side, State};
 
-/// One of the ram's quantities, as a limit or an event watches it.
+/// A quantity of the ram that a limit or an event monitors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Quantity {
     /// X_1, m.
@@ -15,13 +15,12 @@ pub(crate) enum Quantity {
     Volume,
 }
 
-/// When a quantity turns: at `first` (s from the start) and then every `interval`,
-/// infinite where it does not.
+/// Times of a quantity's turning points: `first` (s from the start), then every `interval`; infinite if there are none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Turns {
-    /// The first turn.
+    /// Time of the first turning point.
     pub first: f64,
-    /// From one turn to the next.
+    /// Time between two turning points.
     pub interval: f64,
 }
 
@@ -31,7 +30,7 @@ impl Turns {
         interval: f64::INFINITY,
     };
 
-    /// One turn, where `time` is in the future.
+    /// One turning point, if `time` is in the future.
     fn once(time: f64) -> Self {
         Self {
             first: if time > 0.0 { time } else { f64::INFINITY },
@@ -40,7 +39,7 @@ impl Turns {
     }
 }
 
-/// Integrals over the time of a motion, of what its energy is made of.
+/// Time integrals of a motion, for its energy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Integrals {
     /// Of V_e, m^3 s.
@@ -51,7 +50,7 @@ pub(crate) struct Integrals {
     pub velocity_squared: f64,
 }
 
-/// The motion within one mode and one constant flow, from the state it began in.
+/// Motion within one mode at constant flow, from its initial state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ClosedForm {
     start: State,
@@ -62,44 +61,43 @@ pub(crate) struct ClosedForm {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Law {
-    /// v = 0, V_e' = q - a V_e: q is the net flow, a the leakage rate.
+    /// v = 0, V_e' = q - a V_e, with net flow q and leakage rate a.
     Stuck { flow: f64, leakage_rate: f64 },
-    /// v' = g - c v, V_e' = q - A_L v: the pressure is clamped; g is what it drives with, less friction, c the viscous rate.
+    /// v' = g - c v, V_e' = q - A_L v at clamped pressure: g is the driving acceleration less friction, c the viscous rate.
     Clamped {
         flow: f64,
         drive: f64,
         viscous_rate: f64,
     },
-    /// V_e' = q - a V_e - A_L v, v' = b V_e - c v - f: the load slides on oil that gives way.
+    /// V_e' = q - a V_e - A_L v, v' = b V_e - c v - f: the load slides on compressible oil.
     CompressibleSliding(CompressibleSliding),
 }
 
-/// The second-order law about its equilibrium. The characteristic roots are mu +- sqrt(spread).
+/// Second-order equations about the equilibrium. The characteristic roots are mu +- sqrt(spread).
 ///
-/// The energy dv^2 + (b/A_L) dV_e^2 of the deviation from equilibrium never grows: its rate is
-/// -2 c dv^2 - 2 a (b/A_L) dV_e^2. So each deviation has a reach, |dv| + sqrt(b/A_L) |dV_e| at
-/// the start, that it never exceeds.
+/// The energy dv^2 + (b/A_L) dV_e^2 of the deviation from equilibrium never grows, since its rate is -2 c dv^2 - 2 a (b/A_L) dV_e^2. So
+/// |dv| + sqrt(b/A_L) |dV_e| at the start is an upper bound for each deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct CompressibleSliding {
-    /// q, m^3/s: net oil metered in.
+    /// q, m^3/s: net metered flow.
     flow: f64,
-    /// a = k beta/V, 1/s: how fast leakage empties the squeezed oil.
+    /// a = k beta/V, 1/s: decay rate of the squeezed oil due to leakage.
     leakage_rate: f64,
-    /// b = A_L beta/(V M), 1/(m^2 s^2): the acceleration that a squeezed volume gives.
+    /// b = A_L beta/(V M), 1/(m^2 s^2): acceleration per squeezed volume.
     acceleration_per_oil: f64,
     /// c = C/M, 1/s.
     viscous_rate: f64,
-    /// f = s Delta F/M, m/s^2: what friction takes, against the direction s.
+    /// f = s Delta F/M, m/s^2: deceleration by friction, against the direction s.
     friction: f64,
     /// -(a + c)/2, 1/s.
     mu: f64,
     /// ((a - c)/2)^2 - A_L b, 1/s^2.
     spread: f64,
-    /// The root of its magnitude, 1/s.
+    /// Square root of its magnitude, 1/s.
     root: f64,
     /// 1/root.
     time: f64,
-    /// Where the roots are real, that nearer to 0, by the product of both: mu + root cancels where damping is strong.
+    /// For real roots the one nearer to 0, from the product of both; mu + root would cancel at strong damping.
     slow: f64,
     /// a/b, m^2 s.
     leakage_over_acceleration: f64,
@@ -112,7 +110,7 @@ struct CompressibleSliding {
 }
 
 impl ClosedForm {
-    /// The motion from `start` in `mode` under the net metered flow `flow`, m^3/s.
+    /// Returns the motion from `start` in `mode` at the net metered flow `flow`, m^3/s.
     #[must_use]
     pub(crate) fn new(constants: &Constants, mode: Mode, flow: f64, start: State) -> Self {
         let limited = mode.limited.is_some();
@@ -189,7 +187,7 @@ impl ClosedForm {
         }
     }
 
-    /// The position alone, m, as of [`ClosedForm::at`]: at no cost while the load is stuck.
+    /// Position, m, as in [`ClosedForm::at`]; needs no computation while the load is stuck.
     #[must_use]
     pub(crate) fn position(&self, t: f64) -> f64 {
         match &self.law {
@@ -199,8 +197,8 @@ impl ClosedForm {
         }
     }
 
-    /// Appends the positions, m, at `from` and at every `interval` seconds after it, `count` in all: those of
-    /// [`ClosedForm::position`] but for rounding, by one transition from each to the next.
+    /// Appends `count` positions, m, at `from` and then every `interval` s. They equal [`ClosedForm::position`] except for rounding; each
+    /// follows from the one before by a transition.
     pub(crate) fn sample(&self, from: f64, interval: f64, count: usize, positions: &mut Vec<f64>) {
         let time = |i: usize| from + i as f64 * interval;
         match &self.law {
@@ -220,7 +218,7 @@ impl ClosedForm {
         }
     }
 
-    /// `(v', V_e')` in a state on this motion, m/s^2 and m^3/s.
+    /// Derivatives `(v', V_e')` in a state of this motion, m/s^2 and m^3/s.
     #[must_use]
     pub(crate) fn rates(&self, state: &State) -> (f64, f64) {
         let (v, w) = (state.velocity, state.squeezed);
@@ -238,7 +236,7 @@ impl ClosedForm {
         }
     }
 
-    /// A quantity and its rate of change `t` seconds after the start, SI.
+    /// Value and rate of change of a quantity `t` seconds after the start, SI.
     #[must_use]
     pub(crate) fn value_and_rate(&self, quantity: Quantity, t: f64) -> (f64, f64) {
         self.value_and_rate_in(quantity, &self.at(t))
@@ -261,7 +259,7 @@ impl ClosedForm {
         }
     }
 
-    /// Two values between which a quantity surely stays for `horizon` seconds: cheap, not close.
+    /// Lower and upper bound of a quantity for `horizon` seconds: fast, but not tight.
     #[must_use]
     pub(crate) fn range(&self, quantity: Quantity, horizon: f64) -> (f64, f64) {
         let start = &self.start;
@@ -300,8 +298,7 @@ impl ClosedForm {
         }
     }
 
-    /// When a quantity turns, where the closed form says it: all but position and volume of a
-    /// load in compressible sliding.
+    /// Turning points of a quantity in closed form; `None` for position and volume of a load in compressible sliding.
     #[must_use]
     pub(crate) fn turns(&self, quantity: Quantity) -> Option<Turns> {
         let start = &self.start;
@@ -341,7 +338,7 @@ impl ClosedForm {
         }
     }
 
-    /// The times between 0 and `t` at which a quantity turns; `end` is the state at `t`.
+    /// Times between 0 and `t` at which a quantity turns; `end` is the state at `t`.
     pub(crate) fn turns_within(
         &self,
         quantity: Quantity,
@@ -368,7 +365,7 @@ impl ClosedForm {
             .take(MOST_TURNS)
     }
 
-    /// The integrals over the first `t` seconds; `end` is the state then.
+    /// Integrals over the first `t` seconds; `end` is the state at `t`.
     #[must_use]
     pub(crate) fn integrals(&self, t: f64, end: &State) -> Integrals {
         let start = &self.start;
@@ -404,7 +401,7 @@ impl ClosedForm {
         }
     }
 
-    /// A time, s, short beside everything that happens on this motion.
+    /// A time, s, much shorter than all time constants of this motion.
     #[must_use]
     pub(crate) fn short_time(&self) -> f64 {
         match &self.law {
@@ -418,7 +415,7 @@ impl ClosedForm {
 }
 
 impl CompressibleSliding {
-    /// The law of a load sliding to `side` under the net flow `q`, leakage `k`.
+    /// Equations of a load that slides to `side` at the net flow `q`, with leakage `k`.
     fn new(constants: &Constants, flow: f64, leakage: f64, side: Side, start: &State) -> Self {
         let leakage_rate = leakage * constants.stiffness;
         let acceleration_per_oil = constants.area * constants.stiffness / constants.mass;
@@ -467,8 +464,8 @@ impl CompressibleSliding {
         (moved, self.steady_velocity + after[1], after[0] - before[0])
     }
 
-    /// As of [`ClosedForm::integrals`]. The deviation after t is even d + odd n of the one at the start, d, and of
-    /// n = (A - mu I) d: its square needs the integrals of even^2, even odd and odd^2.
+    /// As of [`ClosedForm::integrals`]. The deviation after t is even d + odd n, where d is the deviation at the start and n = (A - mu I)
+    /// d. Its square needs the integrals of even^2, even odd and odd^2.
     fn integrals(&self, t: f64, start: &State, end: &State, area: f64) -> Integrals {
         let [dw, dv] = self.deviations(start);
         let half = 0.5 * (self.viscous_rate - self.leakage_rate);
@@ -506,7 +503,7 @@ impl CompressibleSliding {
     /// even^2 = e^(s t) (1 + cosh z t)/2    even odd = e^(s t) sinh(z t)/z    odd^2 = 2 e^(s t) (cosh(z t) - 1)/z^2
     /// ```
     ///
-    /// with s = 2 mu and z = 2 r. Near critical damping, where z is small beside s, by powers of z^2.
+    /// with s = 2 mu and z = 2 r. Near critical damping, where z is much smaller than s, a power series in z^2 is used.
     fn square_integrals(&self, t: f64, half: f64) -> [f64; 3] {
         let (s, z) = (2.0 * self.mu, 2.0 * self.root);
         let whole = decayed(-s, t);
@@ -544,7 +541,7 @@ impl CompressibleSliding {
         [0.5 * (whole + cosh), sinh, 2.0 * cosh_less_one]
     }
 
-    /// Of `V_e` and v from the equilibrium.
+    /// Deviations of `V_e` and v from the equilibrium.
     fn deviations(&self, state: &State) -> [f64; 2] {
         [
             state.squeezed - self.steady_squeezed,
@@ -552,8 +549,7 @@ impl CompressibleSliding {
         ]
     }
 
-    /// What the deviations are multiplied by in a time `t`:
-    /// exp(A t) = even I + odd (A - mu I), of A = [[-a, -A_L], [b, -c]].
+    /// Transition matrix of the deviations over a time `t`: exp(A t) = even I + odd (A - mu I), with A = [[-a, -A_L], [b, -c]].
     fn transition(&self, t: f64, area: f64) -> [[f64; 2]; 2] {
         let (even, odd) = self.exponentials(t);
         let half = 0.5 * (self.viscous_rate - self.leakage_rate);
@@ -563,8 +559,8 @@ impl CompressibleSliding {
         ]
     }
 
-    /// x - x_0 after `t`, by the deviations before and after: both equations integrated over t, the integral of
-    /// `V_e` eliminated.
+    /// x - x_0 after `t` from the deviations before and after: both equations are integrated over t, and the integral of `V_e` is
+    /// eliminated.
     fn moved(&self, t: f64, before: [f64; 2], after: [f64; 2]) -> f64 {
         let [squeezed_by, velocity_change] = [after[0] - before[0], after[1] - before[1]];
         (self.flow * t
@@ -573,8 +569,8 @@ impl CompressibleSliding {
             * self.per_area
     }
 
-    /// When a quantity turns that starts with this rate and its derivative:
-    /// e^(mu t) (rate cosh(r t) + (rate' - mu rate) sinh(r t)/r) is 0, r^2 = spread.
+    /// Turning points of a quantity, from its initial rate and that rate's derivative: e^(mu t) (rate cosh(r t) + (rate' - mu rate) sinh(r
+    /// t)/r) = 0 with r^2 = spread.
     fn turns(&self, rate: f64, rate_dot: f64) -> Turns {
         let odd = rate_dot - self.mu * rate;
         if self.root == 0.0 {
@@ -597,8 +593,7 @@ impl CompressibleSliding {
         }
     }
 
-    /// e^(mu t) times cosh(r t) and sinh(r t)/r of r^2 = spread: cos and sin where the roots
-    /// are complex, 1 and t where they meet.
+    /// e^(mu t) times cosh(r t) and sinh(r t)/r, with r^2 = spread; cos and sin for complex roots, 1 and t for equal roots.
     fn exponentials(&self, t: f64) -> (f64, f64) {
         let angle = self.root * t;
         if angle < 1e-3 {
@@ -623,13 +618,13 @@ fn times(matrix: &[[f64; 2]; 2], [x, y]: [f64; 2]) -> [f64; 2] {
     matrix.map(|row| row[0] * x + row[1] * y)
 }
 
-/// More turns than this within one motion are no physics: those that come later are left out.
+/// Largest number of turning points considered within one motion; later ones are ignored.
 const MOST_TURNS: usize = 64;
 
-/// |r^2| beside ((a - c)/2)^2 below which the integrals are a series: rounding costs 1e-13 there.
+/// |r^2| relative to ((a - c)/2)^2 below which the integrals use a series; rounding costs 1e-13 there.
 const NEAR_CRITICAL: f64 = 1e-3;
 
-/// 1/k for the powers k of t in that series; what it leaves out is (r/mu)^10.
+/// 1/k for the powers k of t in that series; its truncation error is (r/mu)^10.
 const RECIPROCALS: [[f64; 2]; 5] = [
     [1.0, 1.0 / 2.0],
     [1.0 / 3.0, 1.0 / 4.0],
@@ -638,10 +633,10 @@ const RECIPROCALS: [[f64; 2]; 5] = [
     [1.0 / 9.0, 1.0 / 10.0],
 ];
 
-/// Deviations from a steady motion that are smaller than this beside it: their squares are rounding.
+/// Relative deviation from a steady motion below which its square is only rounding error.
 const SETTLED: f64 = 1e-7;
 
-/// The integrals of d(t) = [`decayed`] and of its square from 0 to t, s^2 and s^3.
+/// Integrals of d(t) = [`decayed`] and of its square from 0 to t, s^2 and s^3.
 fn decay_integrals(rate: f64, t: f64) -> [f64; 2] {
     let z = rate * t;
     if z > 0.03 {

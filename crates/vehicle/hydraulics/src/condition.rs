@@ -1,30 +1,28 @@
 //! The condition of an actuator: wear and faults.
 //!
-//! | fault | model | what it shows |
+//! | fault | model | effect |
 //! |---|---|---|
-//! | leakage grown | q_L and q_LC times a factor | open loop, an angle error; in the position loop, more pulses |
-//! | volume short | V_c less a share | smaller steps; open loop, too little angle |
-//! | supply pressure low | P_h less a share | a weaker and slower ram, at last none |
-//! | oil with air | beta/V less a share | a soft column: the load swings longer, rests further off |
-//! | one latch slow | every second volume later by a time | in precision mode, parasitic volumes |
-//! | valve stuck | one valve switches no more | no volumes, or all in one direction |
+//! | increased leakage | q_L and q_LC times a factor | open loop, an angle error; in the position loop, more pulses |
+//! | short volume | V_c less a share | smaller steps; open loop, too small an angle |
+//! | low supply pressure | P_h less a share | a weaker and slower ram, which finally stops |
+//! | air in the oil | beta/V less a share | a soft column: the load oscillates longer and rests further from its target |
+//! | one slow latch | every second volume delayed by a time | in precision mode, parasitic volumes |
+//! | stuck valve | one valve no longer switches | no volumes, or all in one direction |
 //! | encoder lost | no measured position | the position loop opens: drift |
-//! | encoder frozen | the measured position stays | the ram runs to its limit |
+//! | encoder frozen | the measured position stays constant | the ram runs to its limit |
 //!
-//! **Supply.** The auxiliary pistons hold the cavity's pressure between two fixed shares of P_h
-//! about P_h A_R/A_L (Appendix A), so that the clamps on P_d are proportional to P_h; the lower one ends at P_R. Leakage flows
-//! past the calibrating piston from P_h and to P_R: q_L and q_LC are proportional to P_h - P_R, and
-//! k = 2 q_L/P_h follows.
+//! **Supply.** The auxiliary pistons hold the cavity's pressure between two fixed shares of P_h about P_h A_R/A_L (Appendix A). The clamps
+//! on P_d are therefore proportional to P_h; the lower clamp ends at P_R. Leakage flows past the calibrating piston from P_h and to P_R. So
+//! q_L and q_LC are proportional to P_h - P_R, and k = 2 q_L/P_h.
 //!
-//! **Stepping.** "Of interest is the 'stepping' characteristic produced with the mathematical model
-//! during drift ... due to the method of implementing coulomb friction" (Section III): the report's
-//! latch lets go of the load only above Delta F. The exact friction of this suite creeps smoothly;
-//! with the latch's excess, about 5 % of Delta F, it steps as the report's did.
+//! **Stepping.** "Of interest is the 'stepping' characteristic produced with the mathematical model during drift ... due to the method of
+//! implementing coulomb friction" (Section III): the report's latch releases the load only above Delta F. With exact friction the ram
+//! creeps smoothly; with the latch's excess, about 5 % of Delta F, it steps as in the report.
 
 use crate::actuator_set::ActuatorSet;
 use crate::modes::{Constants, Pressures};
 
-/// A valve that switches no more.
+/// A valve that no longer switches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StuckValve {
     /// The large volume's actuating valve.
@@ -38,9 +36,9 @@ pub enum StuckValve {
 pub enum Encoder {
     /// It measures the position.
     Sound,
-    /// It measures nothing, and the actuator detects that: it counts its volumes from the last position.
+    /// It gives no measurement, and the actuator detects this: it counts its volumes from the last position.
     Lost,
-    /// It holds its last value, and the actuator does not detect that.
+    /// It holds its last value, and the actuator does not detect this.
     Frozen,
 }
 
@@ -49,24 +47,24 @@ pub enum Encoder {
 pub struct Condition {
     /// Factor on q_L and q_LC.
     pub leakage_scale: f64,
-    /// Share by which the friction at rest exceeds Delta F: the report's "stepping".
+    /// Excess of static friction over Delta F, as a share: the report's "stepping".
     pub stepping: f64,
-    /// Share of V_c that is missing, in \[0, 1).
+    /// Missing share of V_c, in \[0, 1).
     pub short_volume: f64,
-    /// Share of P_h that is missing, in \[0, 1).
+    /// Missing share of P_h, in \[0, 1).
     pub lost_supply: f64,
-    /// Share of beta/V that is missing, in \[0, 1).
+    /// Missing share of beta/V, in \[0, 1).
     pub air: f64,
-    /// Extra time of one latch of the large volume's actuating valve beside T_v, s.
+    /// Additional time of one latch of the large volume's actuating valve, beyond T_v, s.
     pub slow_latch: f64,
-    /// The valve that is stuck, if one is.
+    /// Stuck valve; `None` if no valve is stuck.
     pub stuck: Option<StuckValve>,
-    /// The position's measurement.
+    /// State of the position measurement.
     pub encoder: Encoder,
 }
 
 impl Condition {
-    /// As the actuator file says.
+    /// Condition without wear and faults.
     pub const SOUND: Self = Self {
         leakage_scale: 1.0,
         stepping: 0.0,
@@ -78,7 +76,7 @@ impl Condition {
         encoder: Encoder::Sound,
     };
 
-    /// The faults beyond a `worn` condition, each as text.
+    /// Lists the faults beyond the wear in `worn`, each as text.
     #[must_use]
     pub fn faults_beside(&self, worn: &Self) -> Vec<String> {
         let mut faults = Vec::new();
@@ -112,16 +110,16 @@ impl Condition {
     }
 }
 
-/// The flow past the calibrating piston, m^3/s.
+/// Leakage flows past the calibrating piston, m^3/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Leakages {
-    /// q_L: drift, with the sign valve's polarity.
+    /// q_L: drift; its sign is the sign valve's polarity.
     pub rate_gain: f64,
     /// q_LC: constant.
     pub error_rate: f64,
 }
 
-/// A sound actuator's constants that its condition changes.
+/// Constants of a sound actuator that its condition changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sound {
     constants: Constants,
@@ -130,7 +128,7 @@ pub struct Sound {
 }
 
 impl Sound {
-    /// Those of an actuator.
+    /// Takes them from an actuator's constants.
     #[must_use]
     pub fn new(set: &ActuatorSet) -> Self {
         Self {
@@ -143,7 +141,7 @@ impl Sound {
         }
     }
 
-    /// The pressures at the ram in a condition.
+    /// Pressures at the ram in a condition.
     #[must_use]
     pub(crate) fn pressures(&self, condition: &Condition) -> Pressures {
         let left = 1.0 - condition.lost_supply;
@@ -154,7 +152,7 @@ impl Sound {
         }
     }
 
-    /// The ram's constants and the leakages in a condition.
+    /// Constants of the ram and leakages in a condition.
     #[must_use]
     pub fn in_condition(&self, condition: &Condition) -> (Constants, Leakages) {
         let left = 1.0 - condition.lost_supply;

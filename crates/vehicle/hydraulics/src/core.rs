@@ -1,29 +1,27 @@
-//! The actuator node's core: a plane command in, the coming tick's plane motion out.
+//! The core of the actuator node: it reads a plane command and returns the plane motion over the coming tick.
 //!
-//! **A tick** is [t, t + tick]. The command stamped t acts on every valve cycle that begins in
-//! [t, t + tick); the cycles run on the actuator's own clock, which starts with the first stamp.
-//! The motion is computed ahead on a copy, so that any next stamp can follow: one that leaves
-//! out ticks, or one before the tick's end.
+//! **A tick** is [t, t + tick]. The command stamped t applies to every valve cycle that begins in [t, t + tick). The cycles follow the
+//! actuator's own clock, which starts at the first stamp. The motion is computed ahead on a copy. So any stamp may follow, also one that
+//! skips ticks, or one before the tick's end.
 //!
-//! **Commands hold** for `command_timeout` from their stamp; then the demand is neutral planes,
-//! with `command_stale` set. Before the first command it is neutral too.
+//! **Commands hold** for `command_timeout` from their stamp. Then the planes are commanded to neutral, and `command_stale` is set. Before
+//! the first command they are neutral too.
 //!
-//! **Stamps**: the last command's stamp again gets the last answer again. A command that comes
-//! late, after its tick was answered in silence, gets that answer, and acts from the next tick
-//! on. A stamp before the last command's, or before a run that has had none, is a clock set back, and one 600 s beyond the
-//! last tick a clock set on: both begin a new run, planes neutral and at rest.
+//! **Stamps**: a repetition of the last command's stamp gets the last answer again. A late command, whose tick was already answered without
+//! it, gets that answer and applies from the next tick on. A stamp before the last command's stamp (or before the run, if no command has
+//! come) means the clock was set back. A stamp more than 600 s after the last tick means it was set forward. Both begin a new run with
+//! neutral planes at rest.
 //!
-//! In `dha_state` physical quantities are at the stamp; the pulses, `inhibited`, `error` and
-//! `commanded_angle` are of the decisions within the tick.
+//! In `dha_state` physical quantities are at the stamp; pulses, `inhibited`, `error` and `commanded_angle` belong to the decisions within
+//! the tick.
 //!
-//! **Groups.** Together, one actuator moves the bow and stern planes; the differentials and the
-//! rudder pass through at once and unquantised, clipped to `command_limit`, held over the tick, and
-//! are left empty (neutral) where they are 0 or the command is stale. Each for itself, bow, stern,
-//! roll and rudder have an actuator each ([`crate::groups`]). The thrust always passes through,
-//! clipped to \[-1, 1\].
+//! **Groups.** With `groups: together` one actuator moves the bow and stern planes. The differentials and the rudder pass through at once
+//! without quantization, clipped to `command_limit` and held over the tick. They are empty (neutral) if they are 0 or the command is stale.
+//! With `groups: each` bow, stern, roll and rudder have an actuator each ([`crate::groups`]). The thrust always passes through, clipped to
+//! \[-1, 1\].
 //!
-//! A number that is not finite is rejected and changes nothing. However a stretch of time is divided into ticks, the
-//! actuators go through the same states bit for bit; the samples of their motion within a tick differ by rounding.
+//! A command with a number that is not finite is rejected and changes nothing. The states of the actuators do not depend on the division of
+//! time into ticks, bit for bit; the samples of the motion within a tick differ by rounding.
 
 use std::sync::Arc;
 
@@ -45,27 +43,27 @@ use crate::groups::{Group, Grouping};
 use crate::modes::FrictionState;
 use crate::parameters::{ActuatorParameters, Config, Member};
 
-/// The frame the plane angles are given in: forward, right, down.
+/// Frame of the plane angles: forward, right, down.
 const FRAME: &str = "base_link_frd";
 
-/// A longer gap between stamps is not caught up, ns.
+/// Longest gap between stamps that is simulated, ns.
 const LONGEST_GAP: i64 = 600_000_000_000;
 
-/// The most samples of motion in a tick.
+/// Largest number of motion samples in a tick.
 const MOST_SAMPLES: i64 = 100_000;
 
-/// The answer to a command: the motion, and what the other messages are made of where somebody reads them.
+/// Answer to a command: the motion, and the data from which the other messages are made when they have subscribers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Output {
-    /// The plane angle over the tick.
+    /// Plane angles over the tick.
     pub motion: PlaneMotion,
     design: Arc<Design>,
     groups: Vec<Moved>,
-    /// Whether the command had expired.
+    /// Whether the command has expired.
     stale: bool,
 }
 
-/// A group's actuator in a tick: where the planes are at the stamp, and what it does in the tick ahead.
+/// A group's actuator in one tick: planes at the stamp, and activity in the coming tick.
 #[derive(Clone, Debug, PartialEq)]
 struct Moved {
     planes: Planes,
@@ -73,14 +71,14 @@ struct Moved {
     commanded: f64,
     /// `None` for an actuator without pulses.
     counts: Option<Counts>,
-    /// Of a circuit: the work of its supply in the tick, J.
+    /// Work of a circuit's supply in the tick, J.
     work: f64,
-    /// Those at the stamp; `None` for an actuator without hydraulics.
+    /// Energies at the stamp; `None` for an actuator without hydraulics.
     energy: Option<Energy>,
 }
 
 impl Moved {
-    /// Volumes commanded since the start; of a circuit, switchings of its valves.
+    /// Commanded volumes since the start; for a circuit, switchings of its valves.
     fn pulses(&self) -> u64 {
         let switchings = self
             .planes
@@ -89,7 +87,7 @@ impl Moved {
         self.counts.map_or(switchings, |counts| counts.pulses)
     }
 
-    /// Whether its numbers are finite, where `angles` are its motion over the tick, rad.
+    /// Whether all its numbers are finite; `angles` is its motion over the tick, rad.
     fn is_finite(&self, angles: &[f64]) -> bool {
         let planes = &self.planes;
         let [p_a, p_b] = planes.chambers.map_or([0.0; 2], |it| it.pressures);
@@ -111,7 +109,7 @@ impl Moved {
 }
 
 impl Output {
-    /// A line for each group at its limit.
+    /// One line for each group at its limit.
     #[must_use]
     pub fn limits(&self) -> Vec<String> {
         let line = |(member, moved): (&Member, &Moved)| {
@@ -128,13 +126,13 @@ impl Output {
         members.zip(&self.groups).filter_map(line).collect()
     }
 
-    /// The mean hydraulic power over the tick, of all groups, W.
+    /// Mean hydraulic power over the tick, sum of all groups, W.
     #[must_use]
     pub fn hydraulic_power(&self) -> f64 {
         self.groups.iter().map(|moved| self.power(moved)).sum()
     }
 
-    /// Calibrated volumes commanded since the start, of all groups.
+    /// Commanded calibrated volumes since the start, sum of all groups.
     #[must_use]
     pub fn pulses(&self) -> u64 {
         self.groups.iter().map(Moved::pulses).sum()
@@ -145,20 +143,20 @@ impl Output {
         work / (self.motion.duration.nanos() as f64 * 1e-9)
     }
 
-    /// The energies since the start, of all groups; `None` where none has hydraulics.
+    /// Energies since the start, sum of all groups; `None` if no group has hydraulics.
     #[must_use]
     pub fn energy(&self) -> Option<Energy> {
         let energies = self.groups.iter().filter_map(|moved| moved.energy);
         energies.reduce(|sum, of_group| sum + of_group)
     }
 
-    /// The gauge pressures p_A and p_B at the stamp, Pa, of each circuit of on/off valves.
+    /// Gauge pressures p_A and p_B of each circuit of on/off valves at the stamp, Pa.
     pub fn chamber_pressures(&self) -> impl Iterator<Item = [f64; 2]> {
         let chambers = self.groups.iter().filter_map(|it| it.planes.chambers);
         chambers.map(|it| it.pressures)
     }
 
-    /// Each group's planes and ram by name at the stamp; the dive planes, bow and stern together, first.
+    /// Named planes and rams of each group at the stamp; the dive planes (bow and stern together) come first.
     #[must_use]
     pub fn planes(&self) -> JointState {
         let mut joints = JointState {
@@ -194,7 +192,7 @@ impl Output {
         joints
     }
 
-    /// The state of each group's actuator: physical quantities at the stamp, decisions from the tick ahead.
+    /// State of each group's actuator: physical quantities at the stamp, decisions from the coming tick.
     #[must_use]
     pub fn states(&self) -> Vec<DhaState> {
         let Design { config, files } = &*self.design;
@@ -256,7 +254,7 @@ impl Output {
     }
 }
 
-/// The actuators with their messages.
+/// The actuators of all groups, driven by messages.
 #[derive(Clone, Debug)]
 pub struct Actuator {
     design: Arc<Design>,
@@ -268,34 +266,34 @@ pub struct Actuator {
 /// To a tick.
 type Answer = Result<Arc<Output>, Error>;
 
-/// What a tick is computed with.
+/// Fixed data for the computation of a tick.
 #[derive(Clone, Debug, PartialEq)]
 struct Design {
-    /// The constants of each group's actuator.
+    /// Constants of each group's actuator.
     files: Vec<ActuatorFile>,
     config: Config,
 }
 
-/// A run: from the first stamp on, until the clock is set back.
+/// A run: from its first stamp until the clock is set back.
 #[derive(Clone, Debug)]
 struct Run {
-    /// The first stamp, ns.
+    /// First stamp, ns.
     began: i64,
-    /// The last tick's stamp, ns, and each group's actuator there.
+    /// Stamp of the last tick, ns, and each group's actuator at that time.
     stamp: i64,
     now: Vec<ActuatorModel>,
-    /// The actuators at the last tick's end.
+    /// Actuators at the end of the last tick.
     ahead: Vec<ActuatorModel>,
-    /// The demands that the last tick was computed with.
+    /// Demands of the last tick.
     acting: Demands,
-    /// The last command, clipped.
+    /// Last command, clipped.
     command: Option<ClippedCommand>,
     output: Arc<Output>,
-    /// The answer to the tick before.
+    /// Answer to the tick before the last one.
     before: Option<Arc<Output>>,
 }
 
-/// A command as far as it is obeyed, and its stamp, ns.
+/// A command after clipping, and its stamp, ns.
 #[derive(Clone, Debug)]
 struct ClippedCommand {
     command: PlaneCommand,
@@ -303,7 +301,7 @@ struct ClippedCommand {
 }
 
 impl ClippedCommand {
-    /// The command with its angles clipped to `limit`, rad.
+    /// Clips the angles of a command to `limit`, rad.
     fn new(command: &PlaneCommand, limit: f64) -> Self {
         Self {
             stamp: command.header.stamp.nanos(),
@@ -319,7 +317,7 @@ impl ClippedCommand {
     }
 }
 
-/// A value held over a tick as samples; none for 0, which is neutral.
+/// Samples of a value held over a tick; empty for 0, which means neutral.
 fn held_samples(value: f64) -> Vec<f64> {
     if value == 0.0 {
         Vec::new()
@@ -328,7 +326,7 @@ fn held_samples(value: f64) -> Vec<f64> {
     }
 }
 
-/// The demands: a request to each group until a deadline, ns, then neutral planes.
+/// The demands: one request for each group until a deadline, ns, then neutral planes.
 #[derive(Clone, Debug)]
 struct Demands {
     requests: Vec<Request>,
@@ -336,7 +334,7 @@ struct Demands {
 }
 
 impl Demands {
-    /// The request to the group `index` that is in force at `stamp`.
+    /// Request to the group `index` that applies at `stamp`.
     fn at(&self, index: usize, stamp: i64) -> Request {
         let mut request = self.requests[index];
         if stamp >= self.deadline {
@@ -345,8 +343,7 @@ impl Demands {
         request
     }
 
-    /// Runs the group `index` from one stamp to another, both in ns, in a run that began at
-    /// `began`.
+    /// Runs the group `index` from one stamp to another, both in ns; the run began at `began`.
     fn drive(&self, index: usize, model: &mut ActuatorModel, began: i64, from: i64, to: i64) {
         if from < self.deadline {
             model.advance_to(to.min(self.deadline) - began, &self.requests[index]);
@@ -357,7 +354,7 @@ impl Demands {
     }
 }
 
-/// Whether the parameters fit the actuators.
+/// Checks the parameters against the actuators.
 fn fit(config: &Config, files: &[ActuatorFile]) -> Result<(), Error> {
     if let Some(group) = config.faults.group
         && !config.parameters.groups.groups().contains(&group)
@@ -415,7 +412,7 @@ fn fit(config: &Config, files: &[ActuatorFile]) -> Result<(), Error> {
 }
 
 impl Actuator {
-    /// The actuator the parameters name, for ticks of `tick_nanos` ns, before its first stamp.
+    /// Creates the actuator that the parameters name, for ticks of `tick_nanos` ns, before its first stamp.
     ///
     /// # Errors
     /// [`Error`]: an actuator file, a tick that is not positive, parameters that do not fit the actuators.
@@ -423,7 +420,7 @@ impl Actuator {
         Self::of_files(parameters, tick_nanos, actuator_file::read)
     }
 
-    /// The same where `read` finds the actuators' files by their names.
+    /// As [`Actuator::new`]; `read` finds the actuators' files by name.
     ///
     /// # Errors
     /// As [`Actuator::new`].
@@ -460,7 +457,7 @@ impl Actuator {
         self.config().parameters.groups.groups()
     }
 
-    /// The faults of the actuators, a line for each group that has any.
+    /// Faults of the actuators, one line for each group with faults.
     #[must_use]
     pub fn faults(&self) -> Vec<String> {
         let line = |member: &Member| {
@@ -471,11 +468,11 @@ impl Actuator {
         self.config().members.iter().filter_map(line).collect()
     }
 
-    /// Takes changed parameters; they take effect at the next tick.
+    /// Applies changed parameters from the next tick on.
     ///
     /// # Errors
-    /// When `groups` or what moves them differs, which is fixed from the start, or when the
-    /// parameters do not fit the actuators. Nothing changes then.
+    /// If `groups` or an actuator or model differs, which are fixed from the start, or if the parameters do not fit the actuators. The
+    /// parameters then stay unchanged.
     pub fn set_parameters(&mut self, parameters: &ActuatorParameters) -> Result<(), Error> {
         let new = Config::new(parameters);
         let Design { files, config } = &*self.design;
@@ -490,11 +487,11 @@ impl Actuator {
         Ok(())
     }
 
-    /// A force on the ram of each circuit of on/off valves, against positive motion, N, held from the next tick on; 0 at first. An
-    /// actuator of metered volumes has none.
+    /// Sets the force on the ram of each circuit of on/off valves, against positive motion, N, from the next tick on; 0 at first. An
+    /// actuator of metered volumes ignores it.
     ///
     /// # Errors
-    /// When it is not finite or beyond [`MOST_FORCE`]; the force is then as it was.
+    /// If it is not finite or exceeds [`MOST_FORCE`]; the force then stays unchanged.
     pub fn set_load_force(&mut self, force: f64) -> Result<(), Error> {
         if !(-MOST_FORCE..=MOST_FORCE).contains(&force) {
             return Err(Error::LoadForce(force));
@@ -503,10 +500,10 @@ impl Actuator {
         Ok(())
     }
 
-    /// The motion over the tick that begins at the command's stamp.
+    /// Returns the motion over the tick that begins at the command's stamp.
     ///
     /// # Errors
-    /// When a number in the command is not finite; the actuator is then as it was. [`Error::Motion`]: the next stamp begins a new run.
+    /// If a number in the command is not finite; the actuator then stays unchanged. [`Error::Motion`]: the next stamp begins a new run.
     pub fn on_command(&mut self, command: &PlaneCommand) -> Result<Arc<Output>, Error> {
         if let Some(field) = command.first_non_finite() {
             return Err(Error::Command(field));
@@ -533,15 +530,14 @@ impl Actuator {
         self.go_on(stamp, Some(held))
     }
 
-    /// The answer to the tick before the last one, in the same run: repeated when a command is, for
-    /// a vehicle that waits for the motion up to its present state.
+    /// The answer to the tick before the last one, in the same run. It is repeated together with a repeated command, for a vehicle that
+    /// needs the motion up to its present state.
     #[must_use]
     pub fn before(&self) -> Option<&Arc<Output>> {
         self.run.as_ref()?.before.as_ref()
     }
 
-    /// The motion over a tick for which no command has come. A stamp already answered gets its
-    /// answer again.
+    /// Returns the motion over a tick without a command. A stamp that was already answered gets the same answer again.
     ///
     /// # Errors
     /// [`Error::Motion`].
@@ -558,7 +554,7 @@ impl Actuator {
         }
     }
 
-    /// The next stamp begins a new run, for a vehicle that was set back.
+    /// Begins a new run at the next stamp, for a vehicle that was reset.
     pub fn restart(&mut self) {
         self.run = None;
     }
@@ -578,7 +574,7 @@ impl Actuator {
         self.answer(stamp, stamp, models, command, None)
     }
 
-    /// Brings the run to `stamp` under the last demands, and answers the tick from there.
+    /// Advances the run to `stamp` under the last demands, and answers the tick that begins there.
     fn go_on(&mut self, stamp: i64, command: Option<ClippedCommand>) -> Result<Arc<Output>, Error> {
         let Some(run) = self.run.take() else {
             return self.begin(stamp, command);
@@ -595,7 +591,7 @@ impl Actuator {
         self.answer(run.began, stamp, models, command, Some(run.output))
     }
 
-    /// Computes the tick from `stamp`, where the actuators are `now`, and remembers it.
+    /// Computes and stores the tick from `stamp`; `now` is the actuators' state there.
     fn answer(
         &mut self,
         began: i64,
@@ -704,7 +700,7 @@ impl Actuator {
         angles
     }
 
-    /// The tick's motion: of the actuators, and of the commands that pass through.
+    /// Motion over the tick: of the actuators, and of the channels that pass through.
     fn motion(
         &self,
         stamp: i64,
@@ -730,7 +726,7 @@ impl Actuator {
         motion
     }
 
-    /// The demands of a command, or of none, from `stamp` on.
+    /// The demands from `stamp` on, with or without a command.
     fn asked(&self, stamp: i64, command: Option<&ClippedCommand>) -> Demands {
         let config = self.config();
         let deadline = match command {

@@ -1,17 +1,16 @@
 //! The actuator's own clock: valve cycles at f_c, counted exactly.
 //!
-//! The digital hydraulic actuator runs free of the control computer's sampling (Section II.B);
-//! a tick need not be a whole number of cycles. Cycle n begins n/f_c after the start. With f_c
-//! in whole millihertz that is a rational number of nanoseconds, compared in whole numbers, so
-//! that the phase never drifts and the same instant always falls in the same cycle. A cycle's begin
-//! is computed once, of wide numbers; an instant is compared with it in narrow ones.
+//! The digital hydraulic actuator runs independently of the control computer's sampling (Section II.B); a tick need not be a whole number
+//! of cycles. Cycle n begins n/f_c after the start. With f_c in whole millihertz this is a rational number of nanoseconds. Comparison in
+//! whole numbers keeps the phase exact, and the same instant always falls in the same cycle. The begin of a cycle is computed once with
+//! wide integers; instants are compared with it in narrow integers.
 
 /// Counts valve cycles against a clock in nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct CycleClock {
     millihertz: u32,
     cycle: u64,
-    /// The begin of the cycle: whole nanoseconds, and the rest of one in parts of which `millihertz` are a nanosecond.
+    /// Begin of the cycle: whole nanoseconds, and the remainder in units of 1/`millihertz` ns.
     begin: i64,
     rest: i64,
 }
@@ -44,7 +43,7 @@ impl CycleClock {
         1000.0 / f64::from(self.millihertz)
     }
 
-    /// The number of the present cycle.
+    /// Number of the present cycle.
     #[must_use]
     pub(crate) fn cycle(&self) -> u64 {
         self.cycle
@@ -55,8 +54,7 @@ impl CycleClock {
         *self = Self::in_cycle(self.cycle + 1, self.millihertz);
     }
 
-    /// Whether the present cycle ends before the instant `nanos` after the start; a cycle that
-    /// ends exactly there has not ended before it.
+    /// Whether the present cycle ends before the instant `nanos` after the start; a cycle that ends exactly at `nanos` does not.
     #[must_use]
     #[inline]
     pub(crate) fn ends_before(&self, nanos: i64) -> bool {
@@ -76,7 +74,7 @@ impl CycleClock {
         }
     }
 
-    /// From the cycle's begin to the instant, in nanoseconds times millihertz: exact where it is near.
+    /// Time from the cycle's begin to the instant, in nanoseconds times millihertz: exact if it is near.
     #[inline]
     fn past_its_begin(&self, nanos: i64) -> i64 {
         let whole = nanos.saturating_sub(self.begin);

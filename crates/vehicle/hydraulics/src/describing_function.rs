@@ -1,26 +1,23 @@
-//! Describing functions and harmonic balance: limit cycles on paper.
+//! Describing functions and harmonic balance: analytical limit cycles.
 //!
-//! A nonlinearity under A sin wt is described by the first harmonic of what it gives, N(A). In a loop
-//! with the linear rest H(jw) a cycle keeps itself alive where
+//! For an input A sin wt a nonlinearity is described by the first harmonic of its output, N(A). A cycle sustains itself in a loop with the
+//! linear part H(jw) where
 //!
 //! ```text
 //! 1 + N(A) H(jw) = 0
 //! ```
-//! (Gelb and Vander Velde, *Multiple-Input Describing Functions*, 1968, ch. 2 and 3). Two closed forms
-//! matter for the digital hydraulic actuator:
+//! (Gelb and Vander Velde, *Multiple-Input Describing Functions*, 1968, ch. 2 and 3). Two closed forms apply to the digital hydraulic
+//! actuator:
 //!
-//! - **the quantizer** of the pulse logic: steps of delta_q that switch on at k delta_q + e_b and off at
-//!   (k + 1) delta_q - e_b. Without leakage the loop sits in its dead zone, and cycles through +-1 quantum
-//!   once it is left;
-//! - **the relay** that leakage makes of it: the drift has the sign valve's polarity, so its mean can only
-//!   vanish when the valve spends half its time on each side. The loop parks half-way between two
-//!   levels and toggles: +-delta_q/2 with a hysteresis of +-(e_b - delta_q/2).
+//! - **the quantizer** of the pulse logic: steps of delta_q that switch on at k delta_q + e_b and off at (k + 1) delta_q - e_b. Without
+//!   leakage the loop rests in its dead zone; outside it the loop cycles through +-1 quantum;
+//! - **the relay**, with leakage: the drift has the sign valve's polarity, so its mean vanishes only if the valve spends half its time on
+//!   each side. The loop then stays half-way between two levels and toggles: +-delta_q/2 with a hysteresis of +-(e_b - delta_q/2).
 
 use planesman_linear::{Complex, ComplexFunctions as _, DelayedLoop};
 use std::f64::consts::PI;
 
-/// N of a quantizer with hysteresis for the amplitude `amplitude`, in the unit of `quantum` and
-/// `threshold`: zero below the threshold.
+/// N of a quantizer with hysteresis at the amplitude `amplitude`, in the unit of `quantum` and `threshold`; zero below the threshold.
 #[must_use]
 pub fn quantizer(amplitude: f64, quantum: f64, threshold: f64) -> Complex<f64> {
     let mut sum = Complex::new(0.0, 0.0);
@@ -36,8 +33,7 @@ pub fn quantizer(amplitude: f64, quantum: f64, threshold: f64) -> Complex<f64> {
     sum * (2.0 * quantum / (PI * amplitude))
 }
 
-/// N of a relay that gives +-`output` and switches at +-`hysteresis`: zero for an amplitude that does
-/// not reach it.
+/// N of a relay with output +-`output` and switching points +-`hysteresis`; zero for a smaller amplitude.
 #[must_use]
 pub fn relay(amplitude: f64, output: f64, hysteresis: f64) -> Complex<f64> {
     let switches = hysteresis / amplitude;
@@ -47,7 +43,7 @@ pub fn relay(amplitude: f64, output: f64, hysteresis: f64) -> Complex<f64> {
     Complex::new((1.0 - switches * switches).sqrt(), -switches) * (4.0 * output / (PI * amplitude))
 }
 
-/// Where a cycle is looked for: both from and to, not 0.
+/// Range of the search for a cycle: lower and upper end, not 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Search {
     /// In the unit of the describing function's argument.
@@ -56,19 +52,18 @@ pub struct Search {
     pub frequencies: (f64, f64),
 }
 
-/// Where the balance holds best.
+/// Best solution of the harmonic balance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Balance {
     /// A.
     pub amplitude: f64,
     /// rad/s.
     pub frequency: f64,
-    /// |1 + N H|: 0 for a cycle, and how far from one where there is none.
+    /// |1 + N H|: 0 for a cycle, otherwise the distance from one.
     pub residual: f64,
 }
 
-/// The amplitude and frequency for which |1 + N(A, w) H(jw)| is least, on a logarithmic grid that is
-/// drawn closer about the least value four times.
+/// Finds the amplitude and frequency with the smallest |1 + N(A, w) H(jw)| on a logarithmic grid, refined four times about the minimum.
 #[must_use]
 pub fn balance(
     search: &Search,
@@ -118,8 +113,8 @@ pub fn balance(
     best
 }
 
-/// The cycle, if any, of an actuator with leakage open loop in `rest`: it toggles between two levels
-/// `quantum` apart, both in rad. Volumes a second are twice its frequency.
+/// The cycle, if any, of an actuator with leakage and the open loop `rest`: it toggles between two levels `quantum` apart, both in rad. The
+/// volumes per second are twice its frequency.
 #[must_use]
 pub fn toggling(rest: &DelayedLoop, quantum: f64, threshold: f64) -> Balance {
     let hysteresis = threshold - 0.5 * quantum;

@@ -1,10 +1,9 @@
-//! The digital hydraulic actuator whole: pulse logic and hydraulics on the actuator's own clock.
+//! The complete digital hydraulic actuator: pulse logic and hydraulics on the actuator's own clock.
 //!
-//! At the begin of each valve cycle the logic compares the plane angle asked for with the
-//! measured one (the position loop, the report's analog mode) or sums what is asked for and
-//! what it has sent (open loop, the report's simulation mode), and commands at most one volume.
-//! An incremental actuator has no memory of its position: open loop, any leakage becomes an
-//! angle error. On a slow vehicle the position loop is therefore the default.
+//! At the begin of each valve cycle the logic determines an error and commands at most one volume. In the position loop (the report's
+//! analog mode) it compares the commanded plane angle with the measured one. In open loop (the report's simulation mode) it sums the
+//! commands and the volumes it has sent. An incremental actuator has no memory of its position: in open loop, any leakage becomes an angle
+//! error. The position loop is therefore the default on a slow vehicle.
 
 use crate::actuator_set::ActuatorSet;
 use crate::condition::{Condition, Encoder};
@@ -16,7 +15,7 @@ use crate::position_loop::PositionLoop;
 use crate::pulse_logic::{Command, Decision, Options, PulseLogic, Volume};
 use crate::valves::Stroke;
 
-/// The demand on the actuator from now on.
+/// The demand on the actuator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Demand {
     /// delta_c, rad.
@@ -30,7 +29,7 @@ pub struct Demand {
 }
 
 impl Demand {
-    /// An angle, rad, in the position loop, single-speed, the actuator sound.
+    /// Returns a demand for an angle, rad, in the position loop, single-speed, with a sound actuator.
     #[must_use]
     pub fn angle(angle: f64) -> Self {
         Self {
@@ -45,30 +44,30 @@ impl Demand {
 /// The commands to the valves since the last count.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tally {
-    /// Valve cycles begun.
+    /// Number of valve cycles that have begun.
     pub cycles: u64,
-    /// Of these, with a volume commanded.
+    /// Number of these cycles with a commanded volume.
     pub volumes: u64,
     /// Whether the travel limit refused a volume.
     pub inhibited: bool,
-    /// Hydraulic work, J: (A_R/A_L) P_h V_c for each volume moved.
+    /// Hydraulic work, J: (A_R/A_L) P_h V_c for each moved volume.
     pub work: f64,
 }
 
 impl Tally {
-    /// Whether a volume was commanded in every cycle: the actuator slews as fast as it can.
+    /// Whether a volume was commanded in every cycle: the actuator moves at its slew rate.
     #[must_use]
     pub fn slews(&self) -> bool {
         self.cycles > 0 && self.volumes == self.cycles
     }
 }
 
-/// What it has done.
+/// Counters of the actuator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Counts {
-    /// Since the last count.
+    /// Commands since the last count.
     pub tally: Tally,
-    /// As of the functions of [`Dha`] with these names.
+    /// These are the values of the functions of [`Dha`] with the same names.
     pub pulses: u64,
     pub small_pulses: u64,
     pub sign_changes: u64,
@@ -76,23 +75,23 @@ pub(crate) struct Counts {
     pub limit_cycle: Option<Oscillation>,
 }
 
-/// The actuator. Copying it copies its whole future.
+/// The actuator. A copy behaves identically from then on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dha {
     moment_arm: f64,
     /// V_cb and V_cs, m^3.
     volumes: (f64, f64),
-    /// (A_R/A_L) P_h, Pa: work for each m^3 metered.
+    /// (A_R/A_L) P_h, Pa: work per m^3 metered.
     work_per_volume: f64,
     clock: CycleClock,
     hydraulics: Hydraulics,
     logic: PulseLogic,
     position_loop: PositionLoop,
-    /// In open loop, the angle asked for in the last cycle.
+    /// In open loop, the angle commanded in the last cycle.
     open_loop_angle: Option<f64>,
-    /// Where a frozen encoder has stopped, m.
+    /// Position at which the frozen encoder has stopped, m.
     frozen_at: Option<f64>,
-    /// Whether the present cycle has begun; not before the first advance.
+    /// Whether the present cycle has begun; false before the first advance.
     begun: bool,
     pulses: u64,
     small_pulses: u64,
@@ -104,19 +103,19 @@ pub struct Dha {
 }
 
 impl Dha {
-    /// At rest with planes neutral, at the start of its clock.
+    /// Returns an actuator at rest with neutral planes, at the start of its clock.
     #[must_use]
     pub fn new(set: &ActuatorSet) -> Self {
         Self::settled(set, 1)
     }
 
-    /// As [`Dha::new`], the sign valve and the last sign pulse at `sign`, +1 or -1.
+    /// As [`Dha::new`], with the sign valve and the last sign pulse at `sign`, +1 or -1.
     #[must_use]
     pub fn settled(set: &ActuatorSet, sign: i8) -> Self {
         Self::resting_at(set, sign, 0.0)
     }
 
-    /// As [`Dha::settled`], the ram resting at `position`, m.
+    /// As [`Dha::settled`], with the ram at rest at `position`, m.
     #[must_use]
     pub fn resting_at(set: &ActuatorSet, sign: i8, position: f64) -> Self {
         Self {
@@ -139,21 +138,21 @@ impl Dha {
         }
     }
 
-    /// It keeps its energies from now on: see [`Dha::energy`]. Its motion is the same with and without.
+    /// Keeps the energies from now on ([`Dha::energy`]). The motion does not depend on this.
     #[must_use]
     pub fn keeping_energy(mut self) -> Self {
         self.hydraulics.keep_energy();
         self
     }
 
-    /// The energies up to the last change of flow or law, at most a valve cycle ago; `None` where they are not kept.
+    /// Energies up to the last change of flow or law, at most one valve cycle ago; `None` if they are not kept.
     #[must_use]
     pub fn energy(&self) -> Option<Energy> {
         self.hydraulics.booked_energy()
     }
 
-    /// Runs to the instant `nanos` after the start. Cycles that begin before it act on
-    /// `demand`; one that begins exactly there waits for the next call. Going back has no effect.
+    /// Runs to the instant `nanos` after the start. Cycles that begin before this instant use `demand`; a cycle that begins exactly then
+    /// waits for the next call. An earlier instant has no effect.
     #[inline]
     pub fn advance_to(&mut self, nanos: i64, demand: Demand) {
         if !self.begun && nanos > 0 {
@@ -171,14 +170,14 @@ impl Dha {
         self.hydraulics.advance(self.clock.time_in_cycle(nanos));
     }
 
-    /// The hydraulics at the instant `nanos`, to which it has been advanced.
+    /// Reading of the hydraulics at the instant `nanos`, up to which the actuator has been advanced.
     #[must_use]
     pub fn reading(&self, nanos: i64) -> Reading {
         self.hydraulics.reading(self.time_in_cycle(nanos))
     }
 
-    /// Appends the plane angle, rad, at the instant `nanos`, to which it has been advanced, and at as many times
-    /// after it, `interval` s apart, as come before the ram's law changes; at most `count` in all.
+    /// Appends the plane angle, rad, at the instant `nanos`, up to which the actuator has been advanced, and at later times `interval` s
+    /// apart. It stops before the ram's law changes, and after `count` values.
     pub(crate) fn sample(&self, nanos: i64, interval: f64, count: usize, angles: &mut Vec<f64>) {
         let first = angles.len();
         self.hydraulics
@@ -202,7 +201,7 @@ impl Dha {
         reading.ram.position / self.moment_arm
     }
 
-    /// delta_a, rad, at the instant `nanos`, to which it has been advanced: as of the reading, and quicker.
+    /// delta_a, rad, at the instant `nanos`, up to which the actuator has been advanced: the value of the reading, computed faster.
     #[must_use]
     pub fn angle(&self, nanos: i64) -> f64 {
         self.hydraulics.position(self.time_in_cycle(nanos)) / self.moment_arm
@@ -214,13 +213,13 @@ impl Dha {
         reading.ram.velocity / self.moment_arm
     }
 
-    /// Calibrated volumes commanded since the start, both signs.
+    /// Commanded calibrated volumes since the start, both signs.
     #[must_use]
     pub fn pulses(&self) -> u64 {
         self.pulses
     }
 
-    /// Of these, the small ones.
+    /// Number of small volumes among them.
     #[must_use]
     pub fn small_pulses(&self) -> u64 {
         self.small_pulses
@@ -244,7 +243,7 @@ impl Dha {
         self.sign
     }
 
-    /// Valves, metering and ram as they are in the present cycle.
+    /// Valves, metering and ram in the present cycle.
     #[must_use]
     pub fn hydraulics(&self) -> &Hydraulics {
         &self.hydraulics
@@ -256,7 +255,7 @@ impl Dha {
         self.logic.error()
     }
 
-    /// The limit cycle it is in, if it is in one.
+    /// The limit cycle of the actuator; `None` if there is none.
     #[must_use]
     pub fn limit_cycle(&self) -> Option<Oscillation> {
         self.limit_cycle
@@ -268,7 +267,7 @@ impl Dha {
         std::mem::take(&mut self.tally)
     }
 
-    /// All that, and the commands since the last call.
+    /// Returns all counters, and the commands since the last call.
     pub(crate) fn take_counts(&mut self) -> Counts {
         Counts {
             tally: self.take_tally(),
@@ -280,7 +279,7 @@ impl Dha {
         }
     }
 
-    /// X_1, m, by the encoder. The travel limit has switches of its own.
+    /// X_1, m, as measured by the encoder. The travel limit has its own switches.
     fn measured(&mut self, encoder: Encoder, ram: f64) -> f64 {
         self.frozen_at = match encoder {
             Encoder::Frozen => self.frozen_at.or(Some(ram)),
@@ -289,7 +288,7 @@ impl Dha {
         self.frozen_at.unwrap_or(ram)
     }
 
-    /// The actuating decision and its stroke.
+    /// Decides the command of the cycle and starts its stroke.
     fn begin_cycle(&mut self, demand: Demand) {
         self.hydraulics.set_condition(demand.condition);
         // The cycle before has been finished, so this is the ram at the begin of the new one.

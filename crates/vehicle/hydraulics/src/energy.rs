@@ -1,8 +1,8 @@
-//! The energy ledger: what the supply gives, and where it goes, in closed form.
+//! The energy balance in closed form: the supply's energy and where it goes.
 //!
-//! The ram is a differential cylinder: the smaller chamber is always at the supply P_h, the larger one at
-//! P_L = P_L0 + P_d with P_L0 = P_h A_R/A_L (Appendix A). With Q_h the flow from the supply into the larger chamber,
-//! Q_R that from it to the return, and q = Q_h - Q_R, over any time
+//! The ram is a differential cylinder: the smaller chamber is always at the supply P_h, the larger one at P_L = P_L0 + P_d with P_L0 = P_h
+//! A_R/A_L (Appendix A). Let Q_h be the flow from the supply into the larger chamber, Q_R the flow from this chamber to the return, and q =
+//! Q_h - Q_R. Then over any time
 //!
 //! ```text
 //! supply      int P_h Q_h - P_R Q_R - P_h A_R v dt
@@ -14,13 +14,12 @@
 //! supply = throttling + leakage + compression + auxiliary pistons + friction + viscous + kinetic + stops
 //! ```
 //!
-//! since V_e' = q - A_L v and M v' = A_L P_d - C v - Delta F sgn v ([`crate::modes`]). Each term is an integral of its own
-//! over each stretch of closed-form motion, so that [`Energy::residual`] shows any that is wrong. The solenoids' energy is
-//! electrical and besides. A term's sums over a valve cycle are the difference of two readings.
+//! since V_e' = q - A_L v and M v' = A_L P_d - C v - Delta F sgn v ([`crate::modes`]). Each term is a separate integral over each stretch
+//! of closed-form motion, so [`Energy::residual`] reveals an error in any of them. The solenoids' energy is electrical and is not part of
+//! the balance. The energy of one valve cycle is the difference of two readings.
 //!
-//! Drift and the leakage with the pressure, d q_L - k P_d, flow past the calibrating piston from P_h at d = +1, from P_R at
-//! d = -1; q_LC from P_h where it fills the ram, to P_R where it empties it. A volume that the volume limit refuses is
-//! not drawn.
+//! Drift and the pressure-dependent leakage, d q_L - k P_d, flow past the calibrating piston: from P_h at d = +1, from P_R at d = -1. q_LC
+//! flows from P_h if it fills the ram, and to P_R if it empties it. A volume rejected by the volume limit is not drawn from the supply.
 
 use std::ops::{Add, Sub};
 
@@ -32,7 +31,7 @@ use crate::closed_form::{ClosedForm, Integrals, Quantity};
 use crate::metering::Flows;
 use crate::modes::{Constants, FrictionState, Mode, Pressures, Side, State};
 
-/// Declares [`Energy`] from its terms, each with its field of the message, and what is done with every term.
+/// Declares [`Energy`] from its terms, each with its message field, and the operations on every term.
 macro_rules! energies {
     ($($(#[$doc:meta])+ $term:ident: $field:ident,)+) => {
         /// Energies since the start, J.
@@ -73,58 +72,58 @@ macro_rules! energies {
 }
 
 energies! {
-    /// Work of supply and return: P_h for each volume drawn, less P_R for each returned and P_h for what the smaller
-    /// chamber gives back.
+    /// Work of supply and return: P_h for each drawn volume, less P_R for each returned volume and P_h for the volume that the smaller
+    /// chamber returns.
     supply: energy_supply,
-    /// Electrical, of the solenoids.
+    /// Electrical energy of the solenoids.
     switching: energy_switching,
-    /// Work on the load against C.
+    /// Work on the load against the viscous friction C.
     viscous: energy_viscous,
-    /// Of ram and load at present.
+    /// Present kinetic energy of ram and load.
     kinetic: energy_kinetic,
-    /// Taken by the stops.
+    /// Lost at the stops.
     stops: energy_stops,
-    /// Taken by Coulomb friction.
+    /// Lost to Coulomb friction.
     friction: energy_friction,
-    /// Throttled in the large volume's valve.
+    /// Throttling loss in the large volume's valve.
     throttling: energy_throttling,
-    /// Throttled in the small volume's valve.
+    /// Throttling loss in the small volume's valve.
     throttling_small: energy_throttling_small,
-    /// Throttled past the calibrating piston.
+    /// Throttling loss past the calibrating piston.
     leakage: energy_leakage,
-    /// Put into the compressed column.
+    /// Stored in the compressed column.
     compressed: energy_compressed,
-    /// Given back by it.
+    /// Recovered from the compressed column.
     recovered: energy_recovered,
-    /// Put into the auxiliary pistons.
+    /// Stored in the auxiliary pistons.
     stored: energy_stored,
-    /// Given back by them.
+    /// Recovered from the auxiliary pistons.
     returned: energy_returned,
-    /// What an ideal 4-way proportional valve, without lag and leakage, takes for the same motion: P_h for each
-    /// volume to the driven side, less P_R for that from the other.
+    /// Energy of an ideal 4-way proportional valve, without lag and leakage, for the same motion: P_h for each volume to the driven side,
+    /// less P_R for the volume from the other side.
     proportional_valve: energy_proportional_valve,
 }
 
 impl Energy {
-    /// Work on the load: against C, and its kinetic energy.
+    /// Work on the load: viscous friction C, and its kinetic energy.
     #[must_use]
     pub fn load(&self) -> f64 {
         self.viscous + self.kinetic
     }
 
-    /// What the column still holds.
+    /// Energy still stored in the column.
     #[must_use]
     pub fn compression(&self) -> f64 {
         self.compressed - self.recovered
     }
 
-    /// What the auxiliary pistons still hold.
+    /// Energy still stored in the auxiliary pistons.
     #[must_use]
     pub fn auxiliary(&self) -> f64 {
         self.stored - self.returned
     }
 
-    /// The hydraulic terms, each with its name: they add up to [`Energy::supply`].
+    /// The hydraulic terms with their names; their sum is [`Energy::supply`].
     #[must_use]
     pub fn terms(&self) -> [(&'static str, f64); 8] {
         [
@@ -139,26 +138,26 @@ impl Energy {
         ]
     }
 
-    /// What the terms leave of the supply's work, J: 0 but for rounding.
+    /// The supply's work less the sum of the terms, J: 0 except for rounding.
     #[must_use]
     pub fn residual(&self) -> f64 {
         self.supply - self.terms().iter().map(|(_, energy)| energy).sum::<f64>()
     }
 
-    /// The residual relative to the supply's work; `None` where that is 0.
+    /// The residual relative to the supply's work; `None` if that work is 0.
     #[must_use]
     pub fn closure(&self) -> Option<f64> {
         (self.supply != 0.0).then(|| (self.residual() / self.supply).abs())
     }
 
-    /// Work on the load relative to that of the supply; `None` where that is not positive.
+    /// Work on the load relative to the supply's work; `None` if the supply's work is not positive.
     #[must_use]
     pub fn efficiency(&self) -> Option<f64> {
         (self.supply > 0.0).then(|| self.load() / self.supply)
     }
 
-    /// Those of a circuit of on/off valves; `kinetic` has springs and weight too, `throttling` all its valves and the friction in its
-    /// lines, `leakage` the piston's seal, `compressed` less `recovered` what its lines hold.
+    /// Converts the ledger of a circuit of on/off valves. `kinetic` includes springs and weight, `throttling` all its valves and the line
+    /// friction, `leakage` is the piston's seal, and `compressed` less `recovered` is the energy in the lines.
     pub(crate) fn of_circuit(ledger: &circuit::Ledger, proportional_valve: f64) -> Self {
         Self {
             supply: ledger.supply,
@@ -187,7 +186,7 @@ pub(crate) struct Ledger {
 }
 
 impl Ledger {
-    /// With nothing in it, for a ram with these constants between these pressures.
+    /// Returns an empty ledger for a ram with these constants between these pressures.
     pub(crate) fn new(constants: Constants, pressures: Pressures) -> Self {
         Self {
             energy: Energy::default(),
@@ -197,7 +196,7 @@ impl Ledger {
         }
     }
 
-    /// A piece begins, with these constants, pressures and flows.
+    /// Begins a piece with these constants, pressures and flows.
     pub(crate) fn begin(&mut self, constants: Constants, pressures: Pressures, flows: Flows) {
         (self.constants, self.pressures, self.flows) = (constants, pressures, flows);
     }
@@ -207,12 +206,12 @@ impl Ledger {
         self.energy.switching += energy;
     }
 
-    /// The load has lost its speed, m/s, to a stop.
+    /// Adds the kinetic energy lost when the load hits a stop at `speed`, m/s.
     pub(crate) fn hit_stop(&mut self, speed: f64) {
         self.energy.stops += 0.5 * self.constants.mass * speed * speed;
     }
 
-    /// The energies, the load at `velocity`, m/s.
+    /// Energies with the load at `velocity`, m/s.
     #[must_use]
     pub(crate) fn energy(&self, velocity: f64) -> Energy {
         Energy {
@@ -221,7 +220,7 @@ impl Ledger {
         }
     }
 
-    /// Books the first `t` seconds of a motion in `mode` from `start` to `end`.
+    /// Adds the first `t` seconds of a motion in `mode` from `start` to `end`.
     pub(crate) fn book(
         &mut self,
         mode: Mode,
@@ -321,7 +320,7 @@ impl Ledger {
     }
 }
 
-/// What an ideal proportional valve would have taken for a motion, J.
+/// Energy of an ideal proportional valve for a motion, J.
 fn proportional_valve(
     constants: &Constants,
     pressures: &Pressures,

@@ -1,28 +1,27 @@
-//! Where the ram's motion changes its law: each event as the zero of a margin, located.
+//! Events at which the ram's equations change; each is located as the zero of a margin.
 //!
-//! Every event has a margin that is positive as long as the event has not come: the speed left
-//! before a halt, the oil left before a break-away, the travel left before a stop. A margin's
-//! first zero is searched where the closed form lets it fall, between two of its turns; most
-//! events are excluded before by the range in which their quantity stays.
+//! Every event has a margin that is positive until the event occurs: speed before a halt, oil before a break-away, travel before a stop. A
+//! margin's first zero is searched between two turning points where the closed form decreases. Most events are excluded beforehand by
+//! bounds of their quantity.
 //!
-//! Two margins are opened by a hair, so that an event is never its own cause: a break-away
-//! needs 1e-10 more than Delta F (or the report's "stepping"), and a clamp takes hold 1e-12 beyond its pressure.
+//! Two margins have a small tolerance, so that an event does not trigger itself again: a break-away needs 1e-10 more than Delta F (or the
+//! report's "stepping"), and a clamp acts 1e-12 beyond its pressure.
 
 use planesman_linear::{first_below_zero, lowest_point};
 
 use crate::closed_form::{ClosedForm, Quantity, Turns};
 use crate::modes::{Constants, FrictionState, Mode, Side, State};
 
-/// A change of the ram's law.
+/// A change of the ram's equations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Event {
-    /// The sliding load comes to rest.
+    /// The sliding load stops.
     Halt,
     /// The pressure overcomes friction on this side.
     BreakAway(Side),
-    /// The auxiliary piston of this side starts to hold the pressure.
+    /// The auxiliary piston of this side begins to hold the pressure.
     ClampOn(Side),
-    /// The auxiliary piston has given its oil back.
+    /// The auxiliary piston has returned its oil.
     ClampOff,
     /// V_T reaches its limit on this side.
     VolumeLimit(Side),
@@ -32,23 +31,23 @@ pub(crate) enum Event {
     Stop(Side),
 }
 
-/// The most events that can come next in any mode.
+/// Largest number of possible next events in any mode.
 const MOST_EVENTS: usize = 7;
 
-/// Excess of the breakaway force over Delta F, relative.
+/// Excess of the break-away force over Delta F, relative.
 const BREAK_AWAY_EXCESS: f64 = 1e-10;
 
 /// Tolerance of the pressure at which a clamp acts, relative.
 const CLAMP_EXCESS: f64 = 1e-12;
 
-/// The force, N, that breaks the load away.
+/// Break-away force of the load, N.
 #[must_use]
 pub fn break_away_force(constants: &Constants) -> f64 {
     constants.coulomb * (1.0 + constants.stepping.max(BREAK_AWAY_EXCESS))
 }
 
-/// The first event on `motion` within `horizon` seconds of its start, and when; the motion is in
-/// `mode` under the net metered flow `flow`, m^3/s. `steps` is how many steps the search may take yet: at 0 it was not finished.
+/// Returns the first event on `motion` within `horizon` seconds and its time; the motion is in `mode` at the net metered flow `flow`,
+/// m^3/s. `steps` is the remaining number of search steps; 0 means the search did not finish.
 #[must_use]
 pub(crate) fn next_event(
     constants: &Constants,
@@ -76,7 +75,7 @@ pub(crate) fn next_event(
     first
 }
 
-/// `level + sign * quantity`: positive until the event comes.
+/// `level + sign * quantity`: positive until the event occurs.
 #[derive(Clone, Copy)]
 struct Margin {
     level: f64,
@@ -130,13 +129,13 @@ impl Margin {
         }
     }
 
-    /// The margin and its rate `t` seconds after the motion's start.
+    /// The margin and its rate `t` seconds after the start of the motion.
     fn at(&self, motion: &ClosedForm, t: f64) -> (f64, f64) {
         let (value, rate) = motion.value_and_rate(self.quantity, t);
         (self.level + self.sign * value, self.sign * rate)
     }
 
-    /// Where the margin first falls below zero within `horizon` seconds.
+    /// Time at which the margin first becomes negative within `horizon` seconds.
     fn first_zero(&self, motion: &ClosedForm, horizon: f64, steps: &mut u32) -> Option<f64> {
         let (one, other) = motion.range(self.quantity, horizon);
         if self.level + (self.sign * one).min(self.sign * other) > 0.0 {
@@ -148,8 +147,8 @@ impl Margin {
         }
     }
 
-    /// As the deviations decay, a margin that falls at the start is lowest at its first turn, and
-    /// one that rises at its second.
+    /// Since the deviations decay, a margin that decreases at the start is lowest at its first turning point, and one that increases at its
+    /// second.
     fn first_zero_between(&self, motion: &ClosedForm, turns: Turns, horizon: f64) -> Option<f64> {
         let rises = self.sign * motion.value_and_rate_at_start(self.quantity).1 > 0.0;
         let second = turns.first + turns.interval;
@@ -163,7 +162,7 @@ impl Margin {
             .then(|| first_below_zero(from, to, |t| self.at(motion, t)))
     }
 
-    /// In steps so short that the margin turns at most once in each.
+    /// Searches in steps so short that the margin has at most one turning point in each.
     fn first_zero_in_steps(
         &self,
         motion: &ClosedForm,
@@ -196,7 +195,7 @@ impl Margin {
     }
 }
 
-/// The net flow outwards at the volume limit, m^3/s: while it is positive, V_T stays there.
+/// Net outward flow at the volume limit, m^3/s: while it is positive, V_T stays at the limit.
 #[must_use]
 pub(crate) fn outward_flow(constants: &Constants, side: Side, flow: f64, state: &State) -> f64 {
     side.sign() * (flow - constants.leakage * constants.pressure(state.squeezed))

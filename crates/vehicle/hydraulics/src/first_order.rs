@@ -1,12 +1,11 @@
-//! A first-order actuator with a rate limit: the analog servo to compare the digital one with.
+//! A first-order actuator with a rate limit: a model of an analog servo, for comparison with the digital actuator.
 //!
 //! ```text
 //! delta' = omega (delta_c - delta), held within -rate and +rate
 //! ```
 //!
-//! In closed form between two changes of what is asked, so that the planes are the same however
-//! often they are looked at: while |delta_c - delta| > rate/omega the angle moves evenly, then it
-//! comes nearer exponentially.
+//! It is solved in closed form between two changes of the command, so the result does not depend on the sampling. While |delta_c - delta| >
+//! rate/omega the angle moves at the rate limit, then it approaches exponentially.
 
 /// The law: the parameters `first_order.*`.
 #[derive(Clone, Copy, Debug, PartialEq, planesman_parameters::Parameters)]
@@ -25,15 +24,15 @@ pub struct Lag {
 pub(crate) struct FirstOrder {
     lag: Lag,
     target: f64,
-    /// The angle, rad, at `since`, where the law or the target last changed.
+    /// Angle, rad, at `since`, the time of the last change of law or target.
     from: f64,
     since: i64,
-    /// Up to where it has run.
+    /// Time up to which it has run.
     until: i64,
 }
 
 impl FirstOrder {
-    /// At rest, neutral.
+    /// Returns an actuator at rest with neutral planes.
     #[must_use]
     pub(crate) fn new(lag: Lag) -> Self {
         Self {
@@ -45,7 +44,7 @@ impl FirstOrder {
         }
     }
 
-    /// Runs to the instant `nanos` towards `target`, rad. Going back has no effect.
+    /// Runs to the instant `nanos` towards `target`, rad. An earlier instant has no effect.
     pub(crate) fn advance_to(&mut self, nanos: i64, target: f64, lag: Lag) {
         if nanos <= self.until {
             return;
@@ -58,7 +57,7 @@ impl FirstOrder {
         self.until = nanos;
     }
 
-    /// The plane angle and its rate, rad and rad/s, at the instant `nanos`.
+    /// Plane angle and its rate, rad and rad/s, at the instant `nanos`.
     #[must_use]
     pub(crate) fn at(&self, nanos: i64) -> (f64, f64) {
         let Lag { omega, rate } = self.lag;

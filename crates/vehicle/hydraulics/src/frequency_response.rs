@@ -1,8 +1,7 @@
-//! The full, quantized model under sinusoids: gain and phase of the first harmonic.
+//! Response of the full quantized model to sinusoids: gain and phase of the first harmonic.
 //!
-//! The first harmonic of what comes out, beside the sinusoid that goes in, is the model's describing
-//! function at that frequency and amplitude. It is read over whole periods after the start has died
-//! away, and stands beside the linear model of [`crate::linearised`].
+//! The ratio of the output's first harmonic to the input sinusoid is the model's describing function at this frequency and amplitude. It is
+//! measured over whole periods after the transient, for comparison with the linear model of [`crate::linearised`].
 
 use planesman_linear::polar;
 use std::f64::consts::TAU;
@@ -12,7 +11,7 @@ use planesman_linear::Complex;
 use crate::actuator_set::ActuatorSet;
 use crate::dha::{Demand, Dha};
 
-/// The first harmonic of samples taken over whole periods.
+/// First harmonic of samples over whole periods.
 #[derive(Clone, Copy, Debug)]
 pub struct Harmonic {
     frequency: f64,
@@ -21,7 +20,7 @@ pub struct Harmonic {
 }
 
 impl Harmonic {
-    /// Of no samples yet, at `frequency`, rad/s.
+    /// Returns an empty sum at `frequency`, rad/s.
     #[must_use]
     pub fn new(frequency: f64) -> Self {
         Self {
@@ -31,25 +30,25 @@ impl Harmonic {
         }
     }
 
-    /// Takes the sample `value` at `time`, s.
+    /// Adds the sample `value` at `time`, s.
     pub fn add(&mut self, time: f64, value: f64) {
         self.sum += polar(value, -self.frequency * time);
         self.samples += 1;
     }
 
-    /// c of c e^(jwt), whose imaginary part is the harmonic: 1 for sin wt.
+    /// c such that the imaginary part of c e^(jwt) is the harmonic; 1 for sin wt.
     #[must_use]
     pub fn phasor(&self) -> Complex<f64> {
         self.sum * Complex::new(0.0, 2.0 / f64::from(self.samples))
     }
 }
 
-/// Periods of the sinusoid.
+/// Numbers of periods of the sinusoid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Periods {
-    /// Before the measurement, for the transient to decay.
+    /// Before the measurement, until the transient has decayed.
     pub settling: u32,
-    /// Of the measurement.
+    /// Within the measurement.
     pub measured: u32,
 }
 
@@ -62,9 +61,8 @@ impl Default for Periods {
     }
 }
 
-/// delta_a/delta_c of the actuator alone under `demand`, its angle being the amplitude, rad, of a
-/// sinusoid of `frequency`, rad/s, which is sampled at every valve cycle. The angle is read 16 times in a valve cycle, of slow
-/// sinusoids no more than 1000 times in a period.
+/// delta_a/delta_c of the actuator alone under `demand`. The demanded angle, rad, is the amplitude of a sinusoid of `frequency`, rad/s,
+/// sampled at every valve cycle. The angle is read 16 times in a valve cycle; for slow sinusoids at most 1000 times in a period.
 #[must_use]
 pub fn actuator(
     set: &ActuatorSet,

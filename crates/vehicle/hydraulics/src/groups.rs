@@ -1,7 +1,6 @@
-//! Which planes have an actuator of their own.
+//! Groups of planes with their own actuator.
 //!
-//! Together, one ram moves the bow and stern planes, and everything else that is commanded passes
-//! through as it is. Each for itself, there are four:
+//! With `together` one ram moves the bow and stern planes; all other commands pass through unchanged. With `each` there are four groups:
 //!
 //! ```text
 //! bow = dive_planes + bow_stern_differential      roll   = roll_differential
@@ -10,7 +9,7 @@
 
 use planesman_msgs::planesman_msgs::msg::{PlaneCommand, PlaneMotion};
 
-/// The planes that one actuator moves.
+/// Planes moved by one actuator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
     /// Bow and stern planes together.
@@ -19,14 +18,14 @@ pub enum Group {
     Bow,
     /// The stern planes.
     Stern,
-    /// The port and starboard bow planes against each other.
+    /// The port bow plane against the starboard bow plane.
     Roll,
     /// The rudder.
     Rudder,
 }
 
 impl Group {
-    /// Every group there can be.
+    /// All possible groups.
     pub const ALL: [Self; 5] = [
         Self::DivePlanes,
         Self::Bow,
@@ -35,7 +34,7 @@ impl Group {
         Self::Rudder,
     ];
 
-    /// As parameters and messages call it.
+    /// Name in parameters and messages.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -47,7 +46,7 @@ impl Group {
         }
     }
 
-    /// The topic of its `DhaState`. Whatever moves the bow planes is on `dha_state`.
+    /// Topic of its `DhaState`. The group that moves the bow planes uses `dha_state`.
     #[must_use]
     pub fn topic(self) -> &'static str {
         match self {
@@ -58,7 +57,7 @@ impl Group {
         }
     }
 
-    /// The angle, rad, that `command` asks of it.
+    /// The angle, rad, that `command` demands from this group.
     #[must_use]
     pub fn angle(self, command: &PlaneCommand) -> f64 {
         match self {
@@ -71,7 +70,7 @@ impl Group {
     }
 }
 
-/// How the planes are divided among actuators.
+/// Division of the planes among actuators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum Grouping {
     /// One actuator moves bow and stern planes.
@@ -81,7 +80,7 @@ pub enum Grouping {
 }
 
 impl Grouping {
-    /// The groups with an actuator, the bow's first.
+    /// The groups with an actuator; the group of the bow planes comes first.
     #[must_use]
     pub(crate) fn groups(self) -> &'static [Group] {
         match self {
@@ -90,8 +89,8 @@ impl Grouping {
         }
     }
 
-    /// Puts what the actuators do over a tick, rad, in the order of [`Grouping::groups`], where
-    /// it belongs in a motion; what has no actuator is left as it is.
+    /// Writes the angles of the actuators over a tick, rad, in the order of [`Grouping::groups`], into a motion; channels without an
+    /// actuator stay unchanged.
     pub(crate) fn fill(self, motion: &mut PlaneMotion, mut angles: Vec<Vec<f64>>) {
         match (self, angles.as_mut_slice()) {
             (Self::Together, [dive]) => motion.dive_planes = std::mem::take(dive),

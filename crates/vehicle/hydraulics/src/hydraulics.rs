@@ -1,7 +1,7 @@
-//! The hydraulic half of the actuator: valves, metering and ram, one valve cycle after another.
+//! The hydraulic part of the actuator: valves, metering and ram, advanced by valve cycles.
 //!
-//! It takes one pulse command at the begin of each cycle and knows nothing of errors or
-//! angles asked for. Times are in s from the begin of the present cycle.
+//! It receives one pulse command at the begin of each cycle; errors and demanded angles are not known here. Times are in s from the begin
+//! of the present cycle.
 
 use crate::actuator_set::ActuatorSet;
 use crate::condition::{Condition, Sound};
@@ -21,42 +21,42 @@ pub struct Hydraulics {
     valves: Valves,
     metering: Metering,
     ram: Ram,
-    /// The piece of flow the ram is in.
+    /// Index of the present piece of flow.
     piece: usize,
-    /// Of each of the three valves' solenoids for a switching, J: large and small volume's, direction valve's.
+    /// Energy per switching of each solenoid, J: large volume's valve, small volume's valve, direction valve.
     switching_energy: [f64; 3],
 }
 
 /// A reading of the hydraulics, SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
-    /// The ram and its oil.
+    /// State of the ram and its oil.
     pub ram: State,
     /// P_d, Pa.
     pub pressure: f64,
-    /// The laws in force.
+    /// Mode of the ram.
     pub mode: Mode,
-    /// d, the drift polarity in force.
+    /// d, the present drift polarity.
     pub polarity: i8,
-    /// Oil gained other than in calibrated volumes, m^3: where the ram rested at first, drift and
-    /// constant leakage, less what leaked with the pressure and what the volume limit refused.
+    /// Oil gained other than by calibrated volumes, m^3: initial position, drift and constant leakage, less pressure-dependent leakage and
+    /// oil rejected at the volume limit.
     pub leaked: f64,
 }
 
 impl Hydraulics {
-    /// At rest in the middle, the sign valve positive, before the first cycle.
+    /// Returns the hydraulics at rest in mid-position, with the sign valve positive, before the first cycle.
     #[must_use]
     pub fn new(set: &ActuatorSet) -> Self {
         Self::settled(set, 1)
     }
 
-    /// As [`Hydraulics::new`], the sign valve at `polarity`, +1 or -1.
+    /// As [`Hydraulics::new`], with the sign valve at `polarity`, +1 or -1.
     #[must_use]
     pub fn settled(set: &ActuatorSet, polarity: i8) -> Self {
         Self::resting_at(set, polarity, 0.0)
     }
 
-    /// As [`Hydraulics::settled`], the ram resting at `position`, m.
+    /// As [`Hydraulics::settled`], with the ram at rest at `position`, m.
     #[must_use]
     pub fn resting_at(set: &ActuatorSet, polarity: i8, position: f64) -> Self {
         Self {
@@ -72,18 +72,18 @@ impl Hydraulics {
         }
     }
 
-    /// Keeps the energies, before the first cycle: see [`Hydraulics::energy`].
+    /// Keeps the energies; call it before the first cycle ([`Hydraulics::energy`]).
     pub fn keep_energy(&mut self) {
         self.ram.keep_energy();
     }
 
-    /// The energies since they are kept, up to `time`, to which it has been advanced; `None` where they are not kept.
+    /// Energies up to `time`, up to which it has been advanced; `None` if they are not kept.
     #[must_use]
     pub fn energy(&self, time: f64) -> Option<Energy> {
         self.ram.energy(time)
     }
 
-    /// As [`Hydraulics::energy`], up to the last change of law or flow: at no cost.
+    /// As [`Hydraulics::energy`], but up to the last change of law or flow: needs no computation.
     #[must_use]
     pub fn booked_energy(&self) -> Option<Energy> {
         self.ram.booked_energy()
@@ -103,8 +103,8 @@ impl Hydraulics {
         self.condition = condition;
     }
 
-    /// Finishes the present cycle and puts the ram `position`, m, further with `squeezed`, m^3, more oil squeezed in: a state
-    /// beside this one, with which the derivatives of a motion's end by its beginning are found.
+    /// Finishes the present cycle, moves the ram by `position`, m, and squeezes in `squeezed`, m^3, of oil. Derivatives of the end state by
+    /// the initial state are computed from such neighbouring states.
     pub fn displace(&mut self, position: f64, squeezed: f64) {
         self.finish_cycle();
         self.ram.displace(position, squeezed);
@@ -127,7 +127,7 @@ impl Hydraulics {
         stroke
     }
 
-    /// Runs up to `time` within the present cycle. Going back has no effect.
+    /// Runs up to `time` within the present cycle. An earlier time has no effect.
     pub fn advance(&mut self, time: f64) {
         while self.piece + 1 < self.metering.pieces().len()
             && self.metering.pieces()[self.piece].until <= time
@@ -137,7 +137,7 @@ impl Hydraulics {
         self.ram.advance(time);
     }
 
-    /// Whether the ram's motion could not be solved: by the field of the file that makes its fastest time constant.
+    /// Field of the file with the fastest time constant if the ram's motion could not be solved; otherwise `None`.
     #[must_use]
     pub fn unsolved(&self) -> Option<&'static str> {
         self.ram.unsolved()
@@ -148,7 +148,7 @@ impl Hydraulics {
         self.advance(self.cycle);
     }
 
-    /// The reading at `time`, up to which it has been advanced.
+    /// Reading at `time`, up to which it has been advanced.
     #[must_use]
     pub fn reading(&self, time: f64) -> Reading {
         let ram = self.ram.at(time);
@@ -165,19 +165,19 @@ impl Hydraulics {
         }
     }
 
-    /// X_1, m, at `time`, up to which it has been advanced: as of the whole reading, and quicker.
+    /// X_1, m, at `time`, up to which it has been advanced: the value of the reading, computed faster.
     #[must_use]
     pub fn position(&self, time: f64) -> f64 {
         self.ram.position(time)
     }
 
-    /// Appends positions, m, from `time` on, up to which it has been advanced, as far as [`Ram::sample`] goes.
+    /// Appends positions, m, from `time` on, as far as [`Ram::sample`] goes; it must have been advanced to `time`.
     pub(crate) fn sample(&self, time: f64, interval: f64, count: usize, positions: &mut Vec<f64>) {
         self.ram.sample(time, interval, count, positions);
     }
 
-    /// The distance the load has slid against friction up to `time`, m, both ways added. Times
-    /// Delta F it is the work lost to friction.
+    /// Total distance that the load has slid against friction up to `time`, m, in both directions. Delta F times this distance is the work
+    /// lost to friction.
     #[must_use]
     pub fn slid(&self, time: f64) -> f64 {
         self.ram.slid(time)

@@ -1,17 +1,17 @@
 #![doc = include_str!("../README.md")]
 //!
-//! A digital hydraulic actuator (DHA): a ram moved in metered volumes of oil by two latching valves, after G. W.
-//! Scott, *Digital Hydraulic Actuator Study, Phase III Final Report* (IBM 66-L03-005, November 1966).
+//! A digital hydraulic actuator (DHA): two latching valves move a ram by metered volumes of oil. After G. W. Scott, *Digital Hydraulic
+//! Actuator Study, Phase III Final Report* (IBM 66-L03-005, November 1966).
 //!
 //! ```text
 //! plane command -> [position loop] -> [pulse logic] -> [valves] -> [metering] -> [ram] -> planes
 //!                       ^                                                         |
 //!                       +---------------------------------------------------------+
 //! ```
-//! - [`Dha`]: all of that, on its clock of valve cycles; [`Hydraulics`]: from the valves on; [`Condition`]: faults.
-//! - [`ActuatorSet`], [`actuator_file`]: an actuator's constants, and where they are read; [`sizing`]: for a load.
-//! - [`linearised`], [`frequency_response`], [`describing_function`]: small signals, sinusoids, limit cycles.
-//! - [`Actuator`]: a plane command in, a tick of plane motion out.
+//! - [`Dha`]: the complete actuator on its clock of valve cycles; [`Hydraulics`]: valves, metering and ram; [`Condition`]: faults.
+//! - [`ActuatorSet`]: an actuator's constants; [`actuator_file`]: reads them; [`sizing`]: computes them for a load.
+//! - [`linearised`]: small signals; [`frequency_response`]: sinusoids; [`describing_function`]: limit cycles.
+//! - [`Actuator`]: turns a plane command into the plane motion over a tick.
 
 pub mod actuator_file;
 mod actuator_model;

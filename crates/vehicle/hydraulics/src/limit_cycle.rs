@@ -1,11 +1,10 @@
-//! The limit cycle that an actuator of quanta settles into, read off its own decisions.
+//! Detects the limit cycle of a quantized actuator from its decisions.
 //!
-//! Every limit cycle of such an actuator turns the sign valve to and fro. A cycle here is the time
-//! from one turn to "+" to the next; its amplitude is half of what the planes covered meanwhile, as
-//! seen at the begin of the valve cycles. The last whole cycle counts, until the present one has
-//! lasted twice as long: then it has ceased.
+//! In every limit cycle of such an actuator the sign valve alternates. A cycle is the time from one change to "+" to the next. Its
+//! amplitude is half of the planes' range in this time, sampled at the begin of the valve cycles. The last complete cycle is reported until
+//! the present one has lasted twice as long; then the limit cycle has ended.
 
-/// A cycle: how fast and how far.
+/// Frequency and amplitude of a limit cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Oscillation {
     /// Hz.
@@ -18,17 +17,17 @@ pub struct Oscillation {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LimitCycle {
     sign: i8,
-    /// The valve cycle of the last turn to "+".
+    /// Valve cycle of the last change to "+".
     turned: Option<u64>,
-    /// The range that the planes have covered since, rad.
+    /// Range of the planes since then, rad.
     low: f64,
     high: f64,
-    /// The last whole cycle: valve cycles, and the amplitude.
+    /// Last complete cycle: its valve cycles, and its amplitude.
     last: Option<(u64, f64)>,
 }
 
 impl LimitCycle {
-    /// Nothing seen yet, the sign pulse positive.
+    /// Returns a detector without data, the sign pulse positive.
     #[must_use]
     pub(crate) fn new() -> Self {
         Self {
@@ -40,7 +39,7 @@ impl LimitCycle {
         }
     }
 
-    /// Takes the sign pulse of valve cycle `cycle`, and the plane angle, rad, at its begin.
+    /// Adds the sign pulse of valve cycle `cycle`, and the plane angle, rad, at its begin.
     pub(crate) fn observe(&mut self, cycle: u64, sign: i8, angle: f64) {
         self.low = self.low.min(angle);
         self.high = self.high.max(angle);
@@ -54,7 +53,7 @@ impl LimitCycle {
         self.sign = sign;
     }
 
-    /// The limit cycle at valve cycle `cycle`, `period` s each; none where there is none.
+    /// The limit cycle at valve cycle `cycle`, with cycles of `period` s; `None` if there is none.
     #[must_use]
     pub(crate) fn oscillation(&self, cycle: u64, period: f64) -> Option<Oscillation> {
         let (length, amplitude) = self.last?;

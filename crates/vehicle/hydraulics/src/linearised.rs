@@ -1,48 +1,47 @@
-//! The linear model of Section V of IBM 66-L03-005: what remains of the actuator for signals large
-//! beside its quantum and small beside its rate.
+//! The linear model of Section V of IBM 66-L03-005, for signals that are large relative to the quantum and slow relative to the slew rate.
 //!
 //! A volume that is commanded at t = 0 flows from T_D + T_v over T_f:
 //!
 //! ```text
 //! V/command = (V_c/s) e^-(T_D + T_v)s (1 - e^(-T_f s))/(T_f s),    (1 - e^(-T_f s))/(T_f s) ~ e^(-T_f s/2)
 //! ```
-//! and the pulse logic with its accumulator is a zero-order hold over T, about e^(-T s/2). Quantizer
-//! and minor loop being one, the planes follow what is asked for with a dead time (Figure 5-5):
+//! and the pulse logic with its accumulator is a zero-order hold over T, about e^(-T s/2). Quantizer and inner loop have unit gain, so the
+//! planes follow the command with a dead time (Figure 5-5):
 //!
 //! ```text
 //! A(s) = e^(-tau s) [omega_n^2/(s^2 + 2 zeta omega_n s + omega_n^2)],    tau = T_D + T_v + T_f/2 + T/2
 //! ```
-//! The bracket is the ram on its oil column, without friction; the report leaves it out. **Gain
-//! margins are not to be read off this model**: friction and the force limit make them half as large.
+//! The bracket is the ram on its oil column without friction; the report omits it. **Do not take gain margins from this model**: friction
+//! and the force limit halve them.
 //!
-//! A sampled loop is given the actuator's own motion instead ([`slew_response`]): the step response of the whole model, friction and
-//! force limit included, to a change of command as large as it can follow within a tick.
+//! A sampled loop uses the actuator's own motion instead ([`slew_response`]): the step response of the full model, including friction and
+//! force limit. The step is the largest one that the actuator can follow within a tick.
 
 use planesman_linear::{DelayedLoop, Error, TransferFunction};
 
 use crate::actuator_set::ActuatorSet;
 use crate::dha::{Demand, Dha};
 
-/// How the linear model takes the ram.
+/// Model of the ram in the linear model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ram {
-    /// It follows the oil metered in, as in the report.
+    /// The ram follows the metered oil, as in the report.
     Rigid,
-    /// It rides on its oil column with omega_n and zeta.
+    /// The ram moves on its oil column with omega_n and zeta.
     OnItsOil,
 }
 
-/// tau, s: from the angle asked for to the planes.
+/// tau, s: dead time from the commanded angle to the planes.
 #[must_use]
 pub fn dead_time(set: &ActuatorSet) -> f64 {
     set.delay() + 0.5 * set.flow_time + 0.5 * set.cycle()
 }
 
-/// The actuator from the plane angle asked for to the plane angle, both rad: steady-state gain 1. Its
-/// [`DelayedLoop::at`] has the dead time exact, its [`DelayedLoop::rational`] by Pade.
+/// Transfer function from the commanded plane angle to the plane angle, both rad, with static gain 1. [`DelayedLoop::at`] uses the exact
+/// dead time, [`DelayedLoop::rational`] a Pade approximation.
 ///
 /// # Errors
-/// [`Error::NotFinite`], for constants beyond all measure.
+/// [`Error::NotFinite`], if the constants are too large or too small.
 pub fn actuator(set: &ActuatorSet, ram: Ram) -> Result<DelayedLoop, Error> {
     let (wn, zeta) = (set.natural_frequency(), set.damping_ratio());
     let transfer_function = match ram {
@@ -57,24 +56,24 @@ pub fn actuator(set: &ActuatorSet, ram: Ram) -> Result<DelayedLoop, Error> {
 
 /// Samples of [`slew_response`] in a tick.
 const SAMPLES_PER_TICK: u32 = 50;
-/// Steps that it is the mean of, and steps before them.
+/// Number of averaged steps, and of the steps before them.
 const STEPS: (u32, u32) = (32, 8);
-/// A motion within this share of its end has ended.
+/// A motion within this share of its end value counts as ended.
 const ENDED: f64 = 1e-4;
 
-/// The largest change of command that the actuator follows within a tick of `tick` \[s\], in volumes: one in each of its valve cycles,
-/// and two at least, since half of one may lie within the dead zone.
+/// Largest change of command that the actuator follows within a tick of `tick` \[s\], in volumes: one for each of its valve cycles, at
+/// least two. One alone could be half within the dead zone.
 #[must_use]
 pub fn volumes_in_a_tick(set: &ActuatorSet, tick: f64) -> u32 {
     ((tick / set.cycle() + 1e-9) as u32).max(2)
 }
 
-/// The planes after such a step of the command at a tick, as a share of the way: knots (time after the tick in s, share), straight in
+/// Response of the planes to such a step at a tick, as a share of the final value: knots (time after the tick in s, share), linear in
 /// between.
 ///
-/// It is what [`Dha`] does, without its leakage, to a square wave of that size, in its position loop: delay, metered flow and all that the
-/// ram, its friction and its force limit make of it. Where a tick is no whole number of valve cycles, the
-/// valves begin at other times in each tick; it is the mean of such steps, up and down. `None` when the planes do not come half the way.
+/// It is the response of [`Dha`] without leakage, in its position loop, to a square wave of this size. It includes delay, metered flow, and
+/// the ram with friction and force limit. If a tick is not a whole number of valve cycles, the valves begin at different times in each
+/// tick; the result is then the mean of such steps, up and down. `None` if the planes do not complete half of the step.
 #[must_use]
 pub fn slew_response(set: &ActuatorSet, tick: f64) -> Option<Vec<(f64, f64)>> {
     let mut set = set.clone();

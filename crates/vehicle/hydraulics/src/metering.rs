@@ -1,16 +1,13 @@
-//! The flow into the ram, Q_p(t): calibrated volumes on their way, drift and leakage
-//! (Figures 2-7, 2-8).
+//! The flow into the ram, Q_p(t): calibrated volumes, drift and leakage (Figures 2-7, 2-8).
 //!
 //! ```text
 //! Q_p = sum_i sigma_i V_c/T_f [t_i + T_D + T_v <= t < t_i + T_D + T_v + T_f] + d(t) q_L + q_LC
 //! ```
 //!
-//! sigma_i is +1, 0 or -1: what the valves moved for the command of cycle i, V_c and T_f those of
-//! the large or the small volume; d(t) = +-1 is the sign valve's polarity, which follows a command
-//! after T_D + T_v. T_v + T_f may exceed T: then the flows of consecutive commands overlap into
-//! the next cycle. Within a cycle the flow is constant between a few edges;
-//! [`Metering::begin_cycle`] lists the pieces. Drift is taken to flow beside the calibrated
-//! volumes too, which the report leaves open (effect at most 1 %).
+//! sigma_i is +1, 0 or -1: the volume moved for the command of cycle i. V_c and T_f are those of the large or the small volume. d(t) = +-1
+//! is the sign valve's polarity, which follows a command after T_D + T_v. T_v + T_f may exceed T: then the flows of consecutive commands
+//! overlap into the next cycle. Within a cycle the flow is constant between a few edges; [`Metering::begin_cycle`] lists the pieces. Drift
+//! is assumed to flow during the calibrated volumes too; the report does not say (effect at most 1 %).
 
 use crate::actuator_set::{ActuatorSet, MOST_CYCLES_IN_FLIGHT};
 use crate::condition::{Condition, Leakages};
@@ -19,22 +16,22 @@ use crate::valves::Stroke;
 /// A stretch of a cycle with constant flow; times in s from the cycle's begin.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Piece {
-    /// Where it ends.
+    /// End of the piece.
     pub until: f64,
     /// Net flow into the ram, m^3/s.
     pub flow: f64,
-    /// d, the drift polarity in force: +1 or -1.
+    /// d, the drift polarity: +1 or -1.
     pub polarity: i8,
 }
 
-/// The flows of a piece by their paths, m^3/s, none negative but for drift and constant leakage.
+/// Flows of a piece by their paths, m^3/s, not negative except for drift and constant leakage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Flows {
-    /// Through the large and the small volume's valve: from the supply into the ram, from the ram to the return.
+    /// Flows through the large and the small volume's valve: from the supply into the ram, and from the ram to the return.
     pub metered: [[f64; 2]; 2],
-    /// d q_L, past the calibrating piston.
+    /// d q_L, drift past the calibrating piston.
     pub drift: f64,
-    /// Whether the sign valve has the piston at the supply; else at the return.
+    /// Whether the sign valve connects the piston to the supply; otherwise to the return.
     pub from_supply: bool,
     /// q_LC.
     pub constant_leakage: f64,
@@ -50,8 +47,7 @@ impl Flows {
     };
 }
 
-/// The most pieces a cycle can have: begin and end of both flows, and the turn of the drift, for
-/// every command that reaches into it.
+/// Largest number of pieces in a cycle: begin and end of both flows and the change of drift, for every command that extends into it.
 const MOST_PIECES: usize = 5 * MOST_CYCLES_IN_FLIGHT + 1;
 
 /// A calibrating cylinder.
@@ -63,7 +59,7 @@ struct Cylinder {
     flow_time: f64,
 }
 
-/// A volume that flows evenly.
+/// A volume that flows at a constant rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Flow {
     /// Signed, m^3.
@@ -75,20 +71,20 @@ struct Flow {
 }
 
 impl Flow {
-    /// The share of it that has flowed `time` s after T_D + T_v.
+    /// Share of it that has flowed `time` s after T_D + T_v.
     fn delivered(&self, time: f64) -> f64 {
         self.volume * ((time - self.late) / self.lasts).clamp(0.0, 1.0)
     }
 }
 
-/// The flow of the switching of one cycle.
+/// Flow due to the switching of one cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Delivery {
     flows: [Flow; 2],
     polarity: i8,
 }
 
-/// The metering of one actuator: commands on their way, and the pieces of the present cycle.
+/// Metering of one actuator: commands on their way, and the pieces of the present cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Metering {
     cycle: f64,
@@ -96,24 +92,24 @@ pub(crate) struct Metering {
     large: Cylinder,
     small: Cylinder,
     leakages: Leakages,
-    /// Extra time of the slow latch beside T_v, s.
+    /// Additional time of the slow latch beyond T_v, s.
     slow_latch: f64,
-    /// Share of a sound volume.
+    /// Volume relative to that of a sound actuator.
     volume_left: f64,
-    /// Cycles over which one command reaches.
+    /// Number of cycles over which one command extends.
     reach: usize,
-    /// The flows of the present and the past cycles, latest first.
+    /// Flows of the present and the past cycles, latest first.
     deliveries: [Delivery; MOST_CYCLES_IN_FLIGHT],
-    /// Polarity before all of those.
+    /// Polarity before all of these.
     settled_polarity: i8,
-    /// Calibrated volume that has wholly arrived, m^3.
+    /// Calibrated volume that has completely arrived, m^3.
     settled_volume: f64,
     pieces: [Piece; MOST_PIECES],
     piece_count: usize,
 }
 
 impl Metering {
-    /// No volume on its way; the sign valve at `polarity`.
+    /// Returns the metering without a volume on its way, the sign valve at `polarity`.
     #[must_use]
     pub(crate) fn new(set: &ActuatorSet, polarity: i8) -> Self {
         let large = Cylinder {
@@ -159,7 +155,7 @@ impl Metering {
 
     /// Changes the condition, and with it the leakages, from the next cycle on.
     ///
-    /// A latch is never slower than lets its volume arrive within [`MOST_CYCLES_IN_FLIGHT`].
+    /// The slow latch's time is limited so that its volume arrives within [`MOST_CYCLES_IN_FLIGHT`].
     pub(crate) fn set_condition(&mut self, condition: &Condition, leakages: Leakages) {
         let longest = self.cycle * MOST_CYCLES_IN_FLIGHT as f64 - self.delay;
         let slack = longest - 2.0 * self.large.flow_time;
@@ -174,7 +170,7 @@ impl Metering {
         }
     }
 
-    /// Starts the next cycle with what the valves did at its begin.
+    /// Starts the next cycle with the stroke of the valves at its begin.
     pub(crate) fn begin_cycle(&mut self, stroke: Stroke) {
         let arrived = &mut self.deliveries[self.reach - 1];
         self.settled_polarity = arrived.polarity;
@@ -193,7 +189,7 @@ impl Metering {
         self.list_pieces();
     }
 
-    /// `quanta` of a cylinder's volume, `late` s after their time.
+    /// Flow of `quanta` volumes of a cylinder, delayed by `late` s.
     fn flow(&self, cylinder: Cylinder, quanta: i8, late: f64) -> Flow {
         Flow {
             volume: f64::from(quanta) * (cylinder.volume * self.volume_left),
@@ -202,10 +198,8 @@ impl Metering {
         }
     }
 
-    /// The flow of the large volume's stroke. Where the actuating valve should have switched
-    /// along with the direction valve, and is late, the piston first sets out on the volume that
-    /// the direction valve alone moves, and then goes back; both ways displace oil in the new
-    /// direction.
+    /// Flow of the large volume's stroke. If the actuating valve should switch together with the direction valve but is late, the piston
+    /// first starts the volume of the direction valve alone and then returns. Both strokes displace oil in the new direction.
     fn large_flow(&self, stroke: Stroke) -> Flow {
         let late = if stroke.down { self.slow_latch } else { 0.0 };
         if stroke.large != 0 || late == 0.0 {
@@ -220,13 +214,13 @@ impl Metering {
         }
     }
 
-    /// The pieces of the present cycle, in order; the last ends with the cycle.
+    /// Pieces of the present cycle, in order; the last one ends with the cycle.
     #[must_use]
     pub(crate) fn pieces(&self) -> &[Piece] {
         &self.pieces[..self.piece_count]
     }
 
-    /// Calibrated volume delivered up to `time` into the present cycle, m^3.
+    /// Calibrated volume delivered up to `time` in the present cycle, m^3.
     #[must_use]
     pub(crate) fn delivered(&self, time: f64) -> f64 {
         let on_their_way: f64 = (0..self.reach)
@@ -239,7 +233,7 @@ impl Metering {
         self.settled_volume + on_their_way
     }
 
-    /// When the flow commanded `age` cycles ago begins, from the present cycle's begin.
+    /// Begin of the flow commanded `age` cycles ago, from the present cycle's begin.
     fn flow_begin(&self, age: usize) -> f64 {
         self.delay - age as f64 * self.cycle
     }
@@ -280,7 +274,7 @@ impl Metering {
         }
     }
 
-    /// The flow over a stretch within which nothing changes.
+    /// Flow over a stretch without any change.
     fn piece(&self, from: f64, until: f64) -> Piece {
         let mut metered = 0.0;
         let polarity = self.flowing(from, until, |_, flow| metered += flow);
@@ -292,7 +286,7 @@ impl Metering {
         }
     }
 
-    /// The same flow by where it comes from and goes to, for a piece of the present cycle that begins at `from`.
+    /// The same flow by its paths, for a piece of the present cycle that begins at `from`.
     pub(crate) fn flows(&self, from: f64, piece: &Piece) -> Flows {
         let mut metered = [[0.0; 2]; 2];
         self.flowing(from, piece.until, |valve, flow| {
@@ -306,8 +300,8 @@ impl Metering {
         }
     }
 
-    /// Tells each calibrated flow over a stretch within which nothing changes, m^3/s, with its valve: 0 for the
-    /// large volume's, 1 for the small one's. Returns the drift polarity.
+    /// Calls `tell` with each calibrated flow over a stretch without any change, m^3/s, and its valve: 0 for the large volume, 1 for the
+    /// small one. Returns the drift polarity.
     fn flowing(&self, from: f64, until: f64, mut tell: impl FnMut(usize, f64)) -> i8 {
         let middle = 0.5 * (from + until);
         let mut polarity = self.settled_polarity;

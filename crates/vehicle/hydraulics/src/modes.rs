@@ -1,4 +1,4 @@
-//! The ram's modes: the law in force, and the constants of the laws.
+//! Modes of the ram: the equations of each, and their constants.
 //!
 //! ```text
 //! V_e' = Q - k P_d - A_L v       P_d = beta/V V_e, held between -|P_m-| and P_m+
@@ -7,11 +7,10 @@
 //! V_T = V_e + A_L x                      held at +-V_lim: then Q and k count as 0
 //! ```
 //!
-//! (IBM 66-L03-005, Section II.B.2-3, Figures 2-9 to 2-13.) V_e is the oil squeezed into the
-//! column. Beyond what the clamp holds it sits in the auxiliary pistons and is delivered
-//! later: the clamp saturates the pressure and loses nothing. With a = k beta/V,
-//! b = A_L (beta/V)/M, c = C/M and f = s Delta F/M each mode is linear with constant forcing, so
-//! its motion has a closed form ([`crate::closed_form`]).
+//! (IBM 66-L03-005, Section II.B.2-3, Figures 2-9 to 2-13.) V_e is the volume of oil squeezed into the column. The part beyond the clamp is
+//! stored in the auxiliary pistons and delivered later: the clamp saturates the pressure without loss. With a = k beta/V, b = A_L
+//! (beta/V)/M, c = C/M and f = s Delta F/M each mode is linear with constant forcing, so its motion has a closed form
+//! ([`crate::closed_form`]).
 
 use crate::actuator_set::ActuatorSet;
 
@@ -25,7 +24,7 @@ pub enum Side {
 }
 
 impl Side {
-    /// The side that `value` points to; 0 counts as positive.
+    /// The side of the sign of `value`; 0 counts as positive.
     #[must_use]
     pub fn from_sign(value: f64) -> Self {
         if value < 0.0 {
@@ -54,38 +53,38 @@ impl Side {
     }
 }
 
-/// Where the ram is.
+/// State of the ram.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct State {
     /// X_1, m.
     pub position: f64,
     /// X_1', m/s.
     pub velocity: f64,
-    /// V_e = V_T - A_L X_1, m^3: oil squeezed in, carried for its own sake so that rest is exact.
+    /// V_e = V_T - A_L X_1, m^3: squeezed oil, a separate state so that rest is exact.
     pub squeezed: f64,
-    /// V_T, m^3: net oil metered in.
+    /// V_T, m^3: net metered oil.
     pub volume: f64,
 }
 
 /// Whether the load moves: the friction latch of Figure 2-13.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrictionState {
-    /// The latch is open, held by friction.
+    /// The latch is open: friction holds the load.
     Stuck,
-    /// Held against a stop: only the pressure's pull inwards can free it.
+    /// The load is at a stop; only an inward pressure can move it.
     AtStop(Side),
-    /// The latch is closed; friction acts against this side.
+    /// The latch is closed; friction opposes motion to this side.
     Sliding(Side),
 }
 
-/// Which of the ram's laws are in force.
+/// Active equations of the ram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Mode {
     /// Friction and stops.
     pub friction: FrictionState,
-    /// The auxiliary piston that clamps the pressure, if one does.
+    /// Side whose auxiliary piston clamps the pressure; `None` if the pressure is not clamped.
     pub clamped: Option<Side>,
-    /// The volume limit at which V_T is held, if it is.
+    /// Volume limit that holds V_T; `None` within the limits.
     pub limited: Option<Side>,
 }
 
@@ -100,8 +99,7 @@ pub struct Constants {
     pub viscous: f64,
     /// Delta F.
     pub coulomb: f64,
-    /// Share by which the friction at rest exceeds Delta F; 0 unless the report's "stepping" is
-    /// wanted ([`crate::Condition::stepping`]).
+    /// Excess of static friction over Delta F, as a share; 0 unless the report's "stepping" is modelled ([`crate::Condition::stepping`]).
     pub stepping: f64,
     /// beta/V.
     pub stiffness: f64,
@@ -118,7 +116,7 @@ pub struct Constants {
 }
 
 impl Constants {
-    /// Those of an actuator.
+    /// Takes the constants of an actuator.
     #[must_use]
     pub fn new(set: &ActuatorSet) -> Self {
         Self {
@@ -145,14 +143,14 @@ impl Constants {
         }
     }
 
-    /// P_d, Pa, for the oil squeezed in.
+    /// P_d, Pa, at a volume of squeezed oil.
     #[must_use]
     pub fn pressure(&self, squeezed: f64) -> f64 {
         (self.stiffness * squeezed).clamp(-self.clamp_negative, self.clamp_positive)
     }
 }
 
-/// The pressures at the ram's ports, Pa.
+/// Pressures at the ram's ports, Pa.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pressures {
     /// P_h.
@@ -164,7 +162,7 @@ pub(crate) struct Pressures {
 }
 
 impl Pressures {
-    /// Those of an actuator.
+    /// Takes the pressures of an actuator.
     #[must_use]
     pub(crate) fn new(set: &ActuatorSet) -> Self {
         Self {

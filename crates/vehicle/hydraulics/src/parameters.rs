@@ -1,8 +1,7 @@
-//! The actuator's parameters: the only place where its defaults and ranges stand, but for
-//! `first_order.*` (`Lag`).
+//! The actuator's parameters: the only place with their defaults and ranges, except `first_order.*` (`Lag`).
 //!
-//! The actuator's constants are in its file ([`crate::actuator_file`]); the parameters select the
-//! file and hold the values that a user changes while it runs.
+//! The actuator's constants are in its file ([`crate::actuator_file`]); the parameters select the file and contain the values that can
+//! change at run time.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_6};
 
@@ -183,7 +182,7 @@ pub enum LogicMode {
     TwoSpeedPrecision,
 }
 
-/// The group whose actuator has the faults.
+/// Group whose actuator has the faults.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
 pub enum FaultyGroup {
     /// Every group.
@@ -200,7 +199,7 @@ pub enum FaultyGroup {
     Rudder,
 }
 
-/// The valve that is stuck.
+/// The stuck valve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
 pub enum FaultyValve {
     /// None.
@@ -214,24 +213,24 @@ pub enum FaultyValve {
 /// A group's actuator.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Member {
-    /// The planes it moves.
+    /// Planes that it moves.
     pub group: Group,
-    /// A built-in actuator's name or a path.
+    /// Name of a built-in actuator, or a path.
     pub actuator: String,
     /// The actuator model.
     pub model: Model,
 }
 
-/// The faults, and whom they befall.
+/// Faults, and the group that has them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Faults {
-    /// One group, or all.
+    /// Group with the faults; `None` for all.
     pub group: Option<Group>,
     /// Wear and faults together.
     pub condition: Condition,
 }
 
-/// The parameters, with what the models derive from them.
+/// The parameters, with derived quantities.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Config {
     /// The parameters.
@@ -242,16 +241,16 @@ pub(crate) struct Config {
     pub logic: Options,
     /// The lifetime of a command, ns.
     pub command_timeout: i64,
-    /// Longest time between two samples of motion, ns.
+    /// Longest time between two motion samples, ns.
     pub sample_interval: i64,
-    /// Every actuator's condition without the faults.
+    /// Condition of every actuator without faults.
     pub worn: Condition,
     /// The faults.
     pub faults: Faults,
 }
 
 impl Config {
-    /// The parameters in the models' own types.
+    /// Converts the parameters to the models' types.
     #[must_use]
     pub(crate) fn new(parameters: &ActuatorParameters) -> Self {
         let nanos = |seconds: f64| (seconds * 1e9).round() as i64;
@@ -275,7 +274,7 @@ impl Config {
         }
     }
 
-    /// The condition of a group's actuator.
+    /// Condition of a group's actuator.
     #[must_use]
     pub(crate) fn condition(&self, group: Group) -> Condition {
         if self.faults.group.is_none_or(|only| only == group) {
@@ -285,7 +284,7 @@ impl Config {
         }
     }
 
-    /// The faults of an actuator as texts; none for a sound one or one without oil.
+    /// Faults of an actuator as texts; empty for a sound actuator or one without oil.
     #[must_use]
     pub(crate) fn fault_texts(&self, member: &Member) -> Vec<String> {
         match member.model {
@@ -296,14 +295,14 @@ impl Config {
 }
 
 impl ActuatorParameters {
-    /// The model of the actuator that moves the dive planes, or the bow planes where each pair has its own.
+    /// Model of the actuator that moves the dive planes, or the bow planes with `groups: each`.
     #[must_use]
     pub fn dive_planes_model(&self) -> Model {
         let groups = self.groups.groups();
         member(self, groups[0]).model
     }
 
-    /// Whether one of the groups has a hydraulic actuator, digital or a circuit.
+    /// Whether any group has a hydraulic actuator, digital or a circuit.
     #[must_use]
     pub fn is_hydraulic(&self) -> bool {
         let mut groups = self.groups.groups().iter();
@@ -311,7 +310,7 @@ impl ActuatorParameters {
     }
 }
 
-/// The actuator of a group: its own, or the node's.
+/// Actuator of a group: the group's own, or the node's.
 fn member(parameters: &ActuatorParameters, group: Group) -> Member {
     let own = match group {
         Group::DivePlanes => None,
@@ -342,7 +341,7 @@ fn member(parameters: &ActuatorParameters, group: Group) -> Member {
     }
 }
 
-/// The faults on top of wear.
+/// Adds the faults to the wear.
 fn faults(fault: &Fault, worn: Condition) -> Faults {
     Faults {
         group: match fault.group {

@@ -1,16 +1,15 @@
-//! The analog mode's error detector: commanded against measured position, a step ahead.
+//! Error detector of the analog mode: commanded angle less predicted position.
 //!
-//! In the analog mode "a commanded position is compared with the actual position" (Section
-//! II.A). A volume commanded m cycles ago or later has not wholly arrived when the next
-//! decision is due, so the detector takes off what is still on its way:
+//! In the analog mode "a commanded position is compared with the actual position" (Section II.A). A volume commanded at most m cycles ago
+//! has not completely arrived at the next decision, so the detector subtracts the volumes that are still on their way:
 //!
 //! ```text
 //! eps_pred = delta_c - delta_measured - (what the last m commands will move)
 //! m = ceil((T_D + T_v + T_f)/T) - 1
 //! ```
 //!
-//! The report's "the last command" is m = 1, right for its T_v + T_f of 15.5 ms against a T of
-//! 12.1 ms. With m too large the loop chatters from cycle to cycle.
+//! The report's "the last command" corresponds to m = 1, correct for its T_v + T_f of 15.5 ms and a T of 12.1 ms. Too large an m makes the
+//! loop chatter from cycle to cycle.
 
 use crate::actuator_set::{ActuatorSet, MOST_CYCLES_IN_FLIGHT};
 use crate::pulse_logic::{Command, Volume};
@@ -18,16 +17,16 @@ use crate::pulse_logic::{Command, Volume};
 /// The predicting error detector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PositionLoop {
-    /// The angles of a large and a small volume, rad.
+    /// Angles of a large and a small volume, rad.
     large: f64,
     small: f64,
     depth: usize,
-    /// The angles of the last cycles' commands, rad, latest first; `depth` of them count.
+    /// Angles of the last cycles' commands, rad, latest first; the first `depth` are used.
     latest: [f64; MOST_CYCLES_IN_FLIGHT],
 }
 
 impl PositionLoop {
-    /// With nothing on its way.
+    /// Returns a detector with no volume on its way.
     #[must_use]
     pub(crate) fn new(set: &ActuatorSet) -> Self {
         Self {
@@ -40,14 +39,14 @@ impl PositionLoop {
         }
     }
 
-    /// eps_pred, rad, for a `command` and a `measured` plane angle, rad.
+    /// eps_pred, rad, for a commanded and a measured plane angle, rad.
     #[must_use]
     pub(crate) fn error(&self, command: f64, measured: f64) -> f64 {
         let on_its_way: f64 = self.latest[..self.depth].iter().sum();
         (command - measured) - on_its_way
     }
 
-    /// Remembers what is commanded in this cycle.
+    /// Stores the command of this cycle.
     pub(crate) fn remember(&mut self, command: Command) {
         let moves = match command.volume {
             Volume::None => 0.0,

@@ -1,6 +1,6 @@
-//! The pulse logic of Figure 2-6: from an error to sign and volume pulses, one state machine.
+//! The pulse logic of Figure 2-6: one state machine from an error to sign and volume pulses.
 //!
-//! Once in each valve cycle n, with e_s <= e_b and sgn 0 meaning "as it was":
+//! Once in each valve cycle n, with e_s <= e_b, where sgn 0 means "unchanged":
 //!
 //! ```text
 //! eps += Input_n - FB_(n-1)                 Input: the change of plane angle wanted
@@ -18,25 +18,21 @@
 //!
 //! The report's options (Section II.B.1) are settings of this one machine:
 //!
-//! - **single-speed**: e_s = e_b, so that "small" never comes. With e_b = (quantum +
-//!   hysteresis)/2 it is a quantizer with hysteresis. Phase I and III: drift option 3, limit
-//!   option 1, delta_n = delta_p = 0.
-//! - **two-speed**: a large volume to slew with, a small one for fine quantization.
-//! - **precision mode** ("accurate positioning"): drift option 1 or 2. A sign pulse without a
-//!   volume turns the direction valve, and with it the drift, and displaces no calibrated volume
-//!   ([`crate::valves`]): the ram is steered by its drift between two quanta. With
-//!   delta_p = K_L T the drift is booked.
-//! - **feedback flexibility**: without a volume, FB may have the polarity of eps (delta_n), of the
-//!   sign pulse (delta_p), or both.
+//! - **single-speed**: e_s = e_b, so "small" never occurs. With e_b = (quantum + hysteresis)/2 it is a quantizer with hysteresis. Phase I
+//!   and III: drift option 3, limit option 1, delta_n = delta_p = 0.
+//! - **two-speed**: a large volume for slewing, a small one for fine quantization.
+//! - **precision mode** ("accurate positioning"): drift option 1 or 2. A sign pulse without a volume switches the direction valve, and with
+//!   it the drift, but displaces no calibrated volume ([`crate::valves`]): the drift then positions the ram between two quanta. With
+//!   delta_p = K_L T the logic counts the drift.
+//! - **feedback flexibility**: without a volume, FB may have the polarity of eps (delta_n), of the sign pulse (delta_p), or both.
 //!
-//! In the analog mode there is no sum: eps comes from the error detector
-//! ([`crate::position_loop`]) and is the Input, so that drift options 1 and 2 agree.
+//! The analog mode has no sum: eps comes from the error detector ([`crate::position_loop`]) and is the Input, so drift options 1 and 2 are
+//! identical.
 //!
-//! Two places where the report can be read in two ways. Its text inhibits beyond X_lim without
-//! saying in which direction; only outward volumes are inhibited here, since otherwise the ram
-//! locks up. And "when changing the direction of motion ... the volume command in parallel with
-//! the sign command is inhibited" does not lose a volume, because the sign valve's own switching
-//! moves it; that it does is kept as [`SignChange::DropsVolume`].
+//! The report is ambiguous in two places. Its text inhibits volumes beyond X_lim without a direction. Only outward volumes are inhibited
+//! here; otherwise the ram would lock up. "When changing the direction of motion ... the volume command in parallel with the sign command
+//! is inhibited" does not lose a volume, because the sign valve's own switching moves it. The reading in which the volume is lost is
+//! [`SignChange::DropsVolume`].
 
 use crate::actuator_set::{ActuatorSet, LimitOption};
 
@@ -45,22 +41,22 @@ use crate::actuator_set::{ActuatorSet, LimitOption};
 pub enum Volume {
     /// No calibrated volume.
     None,
-    /// The small one of a two-speed actuator, V_cs.
+    /// The small volume of a two-speed actuator, V_cs.
     Small,
-    /// The large one, V_cb: the only one of a single-speed actuator.
+    /// The large volume, V_cb; a single-speed actuator has only this one.
     Large,
 }
 
 /// The command to the valves in one cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Command {
-    /// The calibrated volume asked for.
+    /// Commanded calibrated volume.
     pub volume: Volume,
     /// The sign pulse: +1 or -1.
     pub sign: i8,
 }
 
-/// The signal that sets the drift's polarity while no volume is due.
+/// Signal for the drift's polarity while no volume is due.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriftOption {
     /// Option 1: the sign of Input.
@@ -71,28 +67,27 @@ pub enum DriftOption {
     LastCommand,
 }
 
-/// The treatment of a volume that is commanded together with a change of sign.
+/// Treatment of a volume commanded together with a change of sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum SignChange {
-    /// It moves, by the sign valve's switching (Appendix A): nothing is lost.
+    /// The sign valve's switching moves it (Appendix A): nothing is lost.
     MovesVolume,
-    /// The literal reading of Section II.A.1: the direction changes and the volume is dropped,
-    /// while FB books it.
+    /// Literal reading of Section II.A.1: the direction changes, the volume is dropped, and FB still counts it.
     DropsVolume,
 }
 
 /// The options of Section II.B.1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Whether the small volume is used. An actuator without one stays single-speed.
+    /// Whether the small volume is used. An actuator without a small volume stays single-speed.
     pub two_speed: bool,
-    /// The drift's polarity while no volume is due.
+    /// Drift polarity while no volume is due.
     pub drift: DriftOption,
-    /// delta_n, rad: what is booked without a volume, with the polarity of eps.
+    /// delta_n, rad: counted without a volume, with the polarity of eps.
     pub error_feedback: f64,
-    /// delta_p, rad: what is booked without a volume, with the polarity of the sign pulse.
+    /// delta_p, rad: counted without a volume, with the polarity of the sign pulse.
     pub sign_feedback: f64,
-    /// The volume in parallel with a change of sign.
+    /// Treatment of a volume in parallel with a change of sign.
     pub sign_change: SignChange,
 }
 
@@ -110,7 +105,7 @@ impl Options {
         two_speed: true,
         ..Self::SINGLE_SPEED
     };
-    /// Accurate positioning with one volume, the drift following the error.
+    /// Accurate positioning with one volume; the drift follows the error.
     pub const PRECISION: Self = Self {
         drift: DriftOption::Error,
         ..Self::SINGLE_SPEED
@@ -122,18 +117,18 @@ impl Options {
     };
 }
 
-/// One cycle's decision.
+/// Decision of one cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decision {
     /// The command to the valves.
     pub command: Command,
-    /// FB, rad: what the logic books as moved.
+    /// FB, rad: angle that the logic counts as moved.
     pub feedback: f64,
     /// Whether the travel limit refused a volume.
     pub inhibited: bool,
 }
 
-/// An error beyond which a volume is commanded, and what is booked for it; both rad.
+/// A threshold of the error for a volume, and the angle counted for it; both rad.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Level {
     threshold: f64,
@@ -153,7 +148,7 @@ pub struct PulseLogic {
     sign: i8,
 }
 
-/// The sign of `value`, none for 0.
+/// Sign of `value`; `None` for 0.
 fn sgn(value: f64) -> Option<i8> {
     match value {
         v if v > 0.0 => Some(1),
@@ -163,13 +158,13 @@ fn sgn(value: f64) -> Option<i8> {
 }
 
 impl PulseLogic {
-    /// Single-speed, at rest, the last sign pulse positive.
+    /// Returns a single-speed logic at rest, the last sign pulse positive.
     #[must_use]
     pub fn new(set: &ActuatorSet) -> Self {
         Self::with_options(set, Options::SINGLE_SPEED)
     }
 
-    /// With `options`, at rest, the last sign pulse positive.
+    /// Returns a logic with `options` at rest, the last sign pulse positive.
     #[must_use]
     pub fn with_options(set: &ActuatorSet, options: Options) -> Self {
         Self {
@@ -190,7 +185,7 @@ impl PulseLogic {
         }
     }
 
-    /// The same, the last sign pulse `sign`, +1 or -1.
+    /// Sets the last sign pulse to `sign`, +1 or -1.
     #[must_use]
     pub fn settled(self, sign: i8) -> Self {
         Self { sign, ..self }
@@ -207,26 +202,24 @@ impl PulseLogic {
         self.error
     }
 
-    /// The simulation mode, a cycle of the digital autopilot: adds `input` (rad, the change of
-    /// plane angle wanted), takes off what the last cycle booked, and decides. `ram` is X_1, m.
+    /// Simulation mode, one cycle of the digital autopilot: adds `input` (rad, the wanted change of plane angle), subtracts the angle
+    /// counted in the last cycle, and decides. `ram` is X_1, m.
     pub fn accumulate(&mut self, input: f64, ram: f64) -> Decision {
         self.cycle(input, self.error + (input - self.feedback), ram)
     }
 
-    /// The analog mode: decides on the error `eps`, rad, as it is, and remembers it. `ram` is
-    /// X_1, m.
+    /// Analog mode: decides on the error `eps`, rad, and stores it. `ram` is X_1, m.
     pub fn decide(&mut self, eps: f64, ram: f64) -> Decision {
         self.cycle(eps, eps, ram)
     }
 
-    /// Sets eps, rad, and forgets what was booked: the loop is closed or opened around a ram
-    /// that is already somewhere.
+    /// Sets eps, rad, and clears the feedback: used when the loop is closed or opened around a displaced ram.
     pub fn restart_from(&mut self, eps: f64) {
         self.error = eps;
         self.feedback = 0.0;
     }
 
-    /// The volume that `eps` asks for, and what is booked for it.
+    /// Volume due for `eps`, and the angle counted for it.
     fn volume_due(&self, eps: f64) -> Option<(Volume, f64)> {
         if eps.abs() > self.large.threshold {
             return Some((Volume::Large, self.large.quantum));
@@ -235,7 +228,7 @@ impl PulseLogic {
         (eps.abs() > small.threshold).then_some((Volume::Small, small.quantum))
     }
 
-    /// One cycle of the machine.
+    /// Runs one cycle of the machine.
     fn cycle(&mut self, input: f64, eps: f64, ram: f64) -> Decision {
         let due = self.volume_due(eps);
         let last_sign = self.sign;

@@ -1,4 +1,4 @@
-//! The hydraulics alone under a train of pulses: one command per valve cycle, then none.
+//! The hydraulics alone under a train of pulses: one command per valve cycle while the train lasts.
 
 use crate::actuator_set::ActuatorSet;
 use crate::condition::Condition;
@@ -18,14 +18,13 @@ pub struct PulseTrain {
 }
 
 impl PulseTrain {
-    /// Sends large volumes, +1, 0 or -1 in each cycle from t = 0 on; the sign valve is at `sign`
-    /// from before the start.
+    /// Sends large volumes, +1, 0 or -1 in each cycle from t = 0 on; the sign valve is at `sign` before the start.
     #[must_use]
     pub fn settled(set: &ActuatorSet, sign: i8, quanta: &[i8]) -> Self {
         Self::worn(set, Condition::SOUND, sign, quanta)
     }
 
-    /// As [`PulseTrain::settled`], the actuator in `condition`.
+    /// As [`PulseTrain::settled`], with the actuator in `condition`.
     #[must_use]
     pub fn worn(set: &ActuatorSet, condition: Condition, sign: i8, quanta: &[i8]) -> Self {
         let mut train = Self {
@@ -41,19 +40,19 @@ impl PulseTrain {
         train
     }
 
-    /// The reading at `time`, s; times must not go back.
+    /// Reading at `time`, s; times must not decrease.
     pub fn at(&mut self, time: f64) -> Reading {
         let time = self.advance(time);
         self.hydraulics.reading(time)
     }
 
-    /// The distance the load has slid against friction up to `time`, m; times must not go back.
+    /// Total distance that the load has slid against friction up to `time`, m; times must not decrease.
     pub fn slid(&mut self, time: f64) -> f64 {
         let time = self.advance(time);
         self.hydraulics.slid(time)
     }
 
-    /// The energies from the start to `time`, s; times must not go back.
+    /// Energies from the start to `time`, s; times must not decrease.
     pub fn energy(&mut self, time: f64) -> Energy {
         let time = self.advance(time);
         self.hydraulics.energy(time).unwrap_or_default()

@@ -1,9 +1,8 @@
-//! The ram with its load, as a hybrid system: closed-form motion between located events.
+//! The ram with its load as a hybrid system: closed-form motion between located events.
 //!
-//! The equations are those of [`crate::modes`], the changes of mode those of [`crate::events`].
-//! A [`Ram`] is given pieces of constant flow, one after the other. The events within a piece
-//! depend on the piece alone, and a state asked for within it is read off the closed form without
-//! changing anything: where the ram is does not depend on when, or how often, it was asked.
+//! [`crate::modes`] has the equations, [`crate::events`] the changes of mode. A [`Ram`] receives pieces of constant flow, one after the
+//! other. The events within a piece depend on the piece only, and a state within it is evaluated from the closed form without side effects.
+//! So the motion does not depend on when, or how often, it is read.
 
 use crate::actuator_set::ActuatorSet;
 use crate::closed_form::ClosedForm;
@@ -12,8 +11,8 @@ use crate::events::{Event, break_away_force, next_event, outward_flow};
 use crate::metering::Flows;
 use crate::modes::{Constants, FrictionState, Mode, Pressures, Side, State};
 
-/// More events, or steps of the search for them, than this in one piece of flow are no physics: the rest of the piece then runs
-/// in the mode it is in, and the ram is [`Ram::unsolved`].
+/// Limit of events, or of search steps for them, in one piece of flow. Beyond it the rest of the piece stays in its present mode, and the
+/// ram is [`Ram::unsolved`].
 const MOST_EVENTS_IN_A_PIECE: u32 = 10_000;
 const MOST_STEPS_IN_A_PIECE: u32 = 1_000_000;
 
@@ -23,29 +22,29 @@ pub(crate) struct Ram {
     constants: Constants,
     pressures: Pressures,
     mode: Mode,
-    /// The state at `time`, where the present segment began.
+    /// State at `time`, the start of the present segment.
     state: State,
     time: f64,
     flow: f64,
     motion: ClosedForm,
-    /// Where the present segment ends, and by which event; by none at the end of the piece.
+    /// End time of the segment and the event that ends it; `None` at the end of the piece.
     ends: f64,
     event: Option<Event>,
     piece_ends: f64,
     events_left: u32,
     steps_left: u32,
-    /// Whether a search for events did not end.
+    /// Whether a search for events did not finish.
     unsolved: bool,
-    /// Both ways added, up to `time`.
+    /// Sliding distance in both directions, up to `time`.
     slid: f64,
-    /// Whether the constants have changed since the present piece began.
+    /// Whether the constants have changed since the start of the present piece.
     changed: bool,
-    /// The energies up to `time`, where they are kept.
+    /// Energies up to `time`, if they are kept.
     ledger: Option<Ledger>,
 }
 
 impl Ram {
-    /// At rest at `position`, m, no oil squeezed in.
+    /// Returns a ram at rest at `position`, m, without squeezed oil.
     #[must_use]
     pub(crate) fn resting_at(set: &ActuatorSet, position: f64) -> Self {
         let constants = Constants::new(set);
@@ -83,13 +82,13 @@ impl Ram {
         }
     }
 
-    /// The laws in force at the time last advanced to.
+    /// Mode at the time last advanced to.
     #[must_use]
     pub(crate) fn mode(&self) -> Mode {
         self.mode
     }
 
-    /// The field of the file that makes the fastest time constant, where a search for events did not end.
+    /// Field of the file with the fastest time constant if a search for events did not finish; otherwise `None`.
     #[must_use]
     pub(crate) fn unsolved(&self) -> Option<&'static str> {
         let m = &self.constants;
@@ -108,31 +107,30 @@ impl Ram {
         self.constants.pressure(state.squeezed)
     }
 
-    /// The distance the load has slid against friction up to `time`, m, both ways added.
+    /// Total distance that the load has slid against friction up to `time`, m, in both directions.
     #[must_use]
     pub(crate) fn slid(&self, time: f64) -> f64 {
         self.slid + (self.position(time) - self.state.position).abs()
     }
 
-    /// Changes the constants from the next piece on, which has to begin next: position, speed
-    /// and oil stay, the pressure follows.
+    /// Changes the constants from the next piece on, which must begin next: position, speed and oil stay, the pressure changes.
     pub(crate) fn set_constants(&mut self, constants: Constants, pressures: Pressures) {
         self.changed |= constants != self.constants;
         self.constants = constants;
         self.pressures = pressures;
     }
 
-    /// Keeps the energies from now on, before the first piece.
+    /// Keeps the energies from now on; call it before the first piece.
     pub(crate) fn keep_energy(&mut self) {
         self.ledger = Some(Ledger::new(self.constants, self.pressures));
     }
 
-    /// The ledger, where one is kept.
+    /// The ledger, if energies are kept.
     pub(crate) fn ledger(&mut self) -> Option<&mut Ledger> {
         self.ledger.as_mut()
     }
 
-    /// The energies up to `time`, as of [`Ram::at`]; `None` where they are not kept.
+    /// Energies up to `time`, which is limited as in [`Ram::at`]; `None` if they are not kept.
     #[must_use]
     pub(crate) fn energy(&self, time: f64) -> Option<Energy> {
         let mut ledger = self.ledger?;
@@ -148,9 +146,8 @@ impl Ram {
         Some(ledger.energy(self.state.velocity))
     }
 
-    /// Ends the last piece and starts one of constant `flow`, m^3/s. Time goes on as `from`, s,
-    /// which need not be what the last piece called its end, and the piece ends at `until`. The flow is `flows` by
-    /// its paths, where the energies are kept.
+    /// Ends the last piece and starts one with the constant flow `flow`, m^3/s. The new piece begins at the time `from`, s, which may
+    /// differ from the last piece's end time, and ends at `until`. `flows` is the same flow by its paths, for the energies.
     pub(crate) fn begin(&mut self, flow: f64, from: f64, until: f64, flows: Option<Flows>) {
         self.advance(self.piece_ends);
         self.commit();
@@ -173,8 +170,8 @@ impl Ram {
         self.plan();
     }
 
-    /// Puts the ram `position`, m, further and squeezes in `squeezed`, m^3, more, at the end of the present piece: a state
-    /// beside this one, under the same laws.
+    /// Moves the ram by `position`, m, and squeezes in `squeezed`, m^3, at the end of the present piece: a neighbouring state in the same
+    /// mode.
     pub(crate) fn displace(&mut self, position: f64, squeezed: f64) {
         self.advance(self.piece_ends);
         self.commit();
@@ -184,7 +181,7 @@ impl Ram {
         self.plan();
     }
 
-    /// Runs through the events up to `time`, s, which lies within the piece.
+    /// Processes the events up to `time`, s, which lies within the piece.
     pub(crate) fn advance(&mut self, time: f64) {
         while let Some(event) = self.event
             && self.ends <= time
@@ -195,20 +192,20 @@ impl Ram {
         }
     }
 
-    /// The state at `time`, s, not before the last event and not after the time advanced to.
+    /// State at `time`, s; between the last event and the time advanced to.
     #[must_use]
     pub(crate) fn at(&self, time: f64) -> State {
         self.motion.at(time - self.time)
     }
 
-    /// The position alone, m, at a time as of [`Ram::at`].
+    /// Position alone, m, at a time as in [`Ram::at`].
     #[must_use]
     pub(crate) fn position(&self, time: f64) -> f64 {
         self.motion.position(time - self.time)
     }
 
-    /// Appends the position at `time`, as of [`Ram::position`], and at as many times after it, `interval` s apart,
-    /// as come before the present segment ends; at most `count` in all.
+    /// Appends the position at `time`, as in [`Ram::position`], and at later times `interval` s apart. It stops at the end of the present
+    /// segment, and after `count` values.
     pub(crate) fn sample(&self, time: f64, interval: f64, count: usize, positions: &mut Vec<f64>) {
         let within = ((self.ends - time) / interval).ceil() as usize;
         self.motion.sample(
@@ -219,7 +216,7 @@ impl Ram {
         );
     }
 
-    /// Finds where the segment that begins now will end.
+    /// Finds the end of the segment that begins now.
     fn plan(&mut self) {
         self.motion = ClosedForm::new(&self.constants, self.mode, self.flow, self.state);
         let horizon = self.piece_ends - self.time;
@@ -241,7 +238,7 @@ impl Ram {
         };
     }
 
-    /// Moves to the end of the segment. A new one must be planned then.
+    /// Moves to the end of the segment. The next segment must be planned afterwards.
     fn commit(&mut self) {
         let state = self.at(self.ends);
         if let Some(ledger) = &mut self.ledger {
@@ -253,7 +250,7 @@ impl Ram {
         self.time = self.ends;
     }
 
-    /// Applies an event: sets its state exactly and changes the law.
+    /// Applies an event: sets its state exactly and changes the mode.
     fn change_mode(&mut self, event: Event) {
         match event {
             Event::Halt => {
@@ -279,7 +276,7 @@ impl Ram {
         }
     }
 
-    /// The laws that the state is under with changed constants.
+    /// Determines the mode of the state after a change of constants.
     fn reconsider(&mut self) {
         let side = Side::from_sign(self.state.squeezed);
         let unclamped = self.constants.stiffness * self.state.squeezed.abs();
@@ -291,8 +288,8 @@ impl Ram {
         };
     }
 
-    /// A load without speed: it slides on where the pressure overcomes friction, or stays.
-    /// A stop takes all of its speed and pushes back.
+    /// Friction state of a load without speed: it slides if the pressure overcomes friction, otherwise it is stuck. A stop removes all of
+    /// its speed and supports it.
     fn at_rest(&self, stop: Option<Side>) -> FrictionState {
         let force = self.constants.area * self.pressure(&self.state);
         let side = Side::from_sign(force);

@@ -1,7 +1,7 @@
-//! Sizes: what an actuator's constants come to, and an actuator for a load.
+//! Sizing: derived quantities of an actuator, and an actuator for a load.
 //!
-//! The formulas are those of IBM 66-L03-005, Sections II and III and the list of symbols, where they stand
-//! beside Tables 3-1 and 4-1; most are methods of [`ActuatorSet`]. An actuator for a load follows them back:
+//! The formulas are those of IBM 66-L03-005, Sections II and III and the list of symbols, next to Tables 3-1 and 4-1; most are methods of
+//! [`ActuatorSet`]. The actuator for a load is computed by inverting them:
 //!
 //! ```text
 //! V_c = A_L R delta_q,   f_c = slew/delta_q,   T_f = 0.85 (T - T_v)          one volume in each cycle, no overlap
@@ -10,27 +10,27 @@
 //! Delta F/(A_L^2 beta/V) <= R delta_q/4                                      stiction within a quarter quantum
 //! e_b = (delta_q + delta_q/4)/2                                              a quarter quantum of hysteresis
 //! ```
-//! 0.75 is what Table 4-1 has, and its stiction is within a sixth. Polaris has hardly the force that its
-//! slewing takes, and is slower for it; here there is twice as much.
+//! 0.75 is the value of Table 4-1, and its stiction is within a sixth. The Polaris actuator has barely the force for its slew rate, and is
+//! slower for that reason; here the force is twice as large.
 
 use crate::actuator_file::SWITCHING_ENERGY;
 use crate::actuator_set::{ActuatorSet, LimitOption, Oil, RamLoad};
 use crate::linearised::dead_time;
 use planesman_units::{DEGREE, INCH, POUND_FORCE as POUND, PSI};
 
-/// Watts in a horsepower: 6600 in lb/s.
+/// Watts per horsepower: 6600 in lb/s.
 pub const HORSEPOWER: f64 = 6600.0 * INCH * POUND;
 
-/// The clamps' share of half the pressure difference.
+/// Clamp pressure as a share of half the pressure difference.
 const CLAMP_SHARE: f64 = 0.75;
-/// Force over what slewing takes.
+/// Ratio of the force to the force needed for slewing.
 const FORCE_MARGIN: f64 = 2.0;
-/// Most of a quantum that the load may rest off by.
+/// Largest rest error of the load by stiction, as a share of a quantum.
 const STICTION_SHARE: f64 = 0.25;
-/// Share of what T_v leaves of a cycle that T_f fills.
+/// T_f as a share of the cycle time that remains after T_v.
 const FLOW_SHARE: f64 = 0.85;
 
-/// A load, and what is wanted of it; SI.
+/// A load and its requirements; SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Load {
     /// M at the ram, kg.
@@ -41,7 +41,7 @@ pub struct Load {
     pub coulomb: f64,
     /// R, m.
     pub moment_arm: f64,
-    /// To either side, rad.
+    /// Stroke to either side, rad.
     pub stroke: f64,
     /// delta_q, rad.
     pub resolution: f64,
@@ -57,13 +57,13 @@ pub struct Load {
     pub valve_time: f64,
 }
 
-/// A load that no actuator is sized for.
+/// The load for which no actuator can be sized.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SizingError {
-    /// A quantity that is not positive.
+    /// The quantity is not positive.
     #[error("{0}: '{1}' refused: it must be positive")]
     NotPositive(&'static str, f64),
-    /// The valves cannot send volumes that fast.
+    /// The valves are too slow for the volume rate.
     #[error(
         "a resolution of {:.4} deg at {:.3} deg/s takes {:.3} volumes a second; valves of {:.2} ms allow less than {:.3}: a coarser one, a slower slew, or two volumes",
         .resolution / DEGREE,
@@ -82,7 +82,7 @@ pub enum SizingError {
     },
 }
 
-/// A tight single-speed actuator for a load.
+/// Sizes a tight single-speed actuator for a load.
 ///
 /// # Errors
 /// [`SizingError`].
@@ -153,8 +153,8 @@ pub fn for_load(load: &Load) -> Result<ActuatorSet, SizingError> {
     })
 }
 
-/// W = X_1 A_L P_h (A_R/A_L) f, W: the supply's power for `frequency` volumes a second, each moving the ram
-/// by one quantum (the report's list of symbols, which prints f_c for the actuation rate).
+/// W = X_1 A_L P_h (A_R/A_L) f, W: power of the supply for `frequency` volumes per second, each moving the ram by one quantum (the report's
+/// list of symbols, with f_c as the actuation rate).
 #[must_use]
 pub fn power(set: &ActuatorSet, frequency: f64) -> f64 {
     set.volume * set.resting_pressure() * frequency
@@ -163,19 +163,19 @@ pub fn power(set: &ActuatorSet, frequency: f64) -> f64 {
 /// A size in SI, and in the report's unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Size {
-    /// The quantity, with its symbol.
+    /// Quantity with its symbol.
     pub quantity: &'static str,
-    /// In the SI unit.
+    /// Value in the SI unit.
     pub value: f64,
-    /// The SI unit, or none.
+    /// SI unit; empty if dimensionless.
     pub unit: &'static str,
-    /// One of the report's units in the SI unit.
+    /// The report's unit expressed in the SI unit.
     pub report_size: f64,
     /// The report's unit.
     pub report_unit: &'static str,
 }
 
-/// Every size of an actuator, in the order it is read.
+/// All sizes of an actuator, in reading order.
 #[must_use]
 pub fn sizes(set: &ActuatorSet) -> Vec<Size> {
     const IN3: f64 = INCH * INCH * INCH;

@@ -1,25 +1,21 @@
 //! The valves and the calibrating pistons between them (Appendix A).
 //!
-//! The actuating valve and the direction (sign) valve each have two settled positions. Together
-//! they decide which end the calibrating piston is pressed to: the exclusive nor of the two.
-//! When that end changes, the piston strokes and one calibrated volume V_c moves, into the
-//! ram's left chamber with the direction valve to the right, out of it with the valve to the
-//! left.
+//! The actuating valve and the direction (sign) valve each have two settled positions. Together they decide to which end the calibrating
+//! piston is pressed: the exclusive nor of the two. When that end changes, the piston strokes and moves one calibrated volume V_c: into the
+//! ram's left chamber with the direction valve to the right, out of it with the valve to the left.
 //!
 //! | switched | volume |
 //! |---|---|
 //! | actuating valve | one quantum in the present direction |
 //! | direction valve | one quantum in the new direction |
-//! | both together | none: direction and drift polarity change alone |
+//! | both together | no volume: only direction and drift polarity change |
 //!
-//! This is why a volume command in parallel with a change of sign is inhibited (Section
-//! II.A.1): "the transfer of a calibrated volume follows the switching of the sign valve", and
-//! no volume is lost.
+//! A volume command in parallel with a change of sign is therefore inhibited (Section II.A.1): "the transfer of a calibrated volume follows
+//! the switching of the sign valve", and no volume is lost.
 //!
-//! A two-speed actuator has "an additional valve unit and calibrating cylinder" (Section
-//! II.A.3): a second piston with an actuating valve of its own, and the same direction valve. A
-//! change of direction would stroke both pistons; the actuating valve of each that is to stay is
-//! therefore switched along.
+//! A two-speed actuator has "an additional valve unit and calibrating cylinder" (Section II.A.3): a second piston with its own actuating
+//! valve, and the same direction valve. A change of direction would stroke both pistons; so the actuating valve of each piston that must
+//! not move is switched too.
 
 use crate::condition::StuckValve;
 use crate::pulse_logic::{Command, Volume};
@@ -29,32 +25,32 @@ use crate::pulse_logic::{Command, Volume};
 struct Positions {
     /// The large volume's actuating valve.
     large_up: bool,
-    /// The small volume's.
+    /// The small volume's actuating valve.
     small_up: bool,
     direction_right: bool,
 }
 
-/// The valves, and what their drivers ask of them.
+/// The valves, and the commands of their drivers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Valves {
-    /// Where the drivers hold them: where they are, unless one is stuck.
+    /// Positions commanded by the drivers: the valves' positions unless one is stuck.
     driven: Positions,
     settled: Positions,
     stuck: Option<StuckValve>,
 }
 
-/// The volumes of one switching.
+/// Volumes moved by one switching.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stroke {
     /// Large calibrated volumes moved: +1, 0 or -1.
     pub large: i8,
     /// Small calibrated volumes moved: +1, 0 or -1.
     pub small: i8,
-    /// The direction valve's position: +1 right, -1 left. The drift has its polarity.
+    /// Position of the direction valve: +1 right, -1 left. It is also the polarity of the drift.
     pub polarity: i8,
-    /// Whether the large volume's actuating valve has switched down, by the latch that may be slow.
+    /// Whether the large volume's actuating valve has switched down, the direction of the slow latch.
     pub down: bool,
-    /// Which valves' drivers switched: the large volume's actuating valve, the small one's, the direction valve.
+    /// Which drivers have switched: the large volume's actuating valve, the small volume's, the direction valve.
     pub driven: [bool; 3],
 }
 
@@ -73,12 +69,12 @@ impl Stroke {
 }
 
 impl Positions {
-    /// Which end the calibrating piston of an actuating valve is pressed to.
+    /// End to which the calibrating piston of an actuating valve is pressed.
     fn piston_end(self, actuating_up: bool) -> bool {
         actuating_up == self.direction_right
     }
 
-    /// The volumes moved by the switching from `before` to here.
+    /// Volumes moved by the switching from `before` to this position.
     fn stroke_since(self, before: Self) -> Stroke {
         let polarity = if self.direction_right { 1 } else { -1 };
         let moved = |up_before, up| {
@@ -99,7 +95,7 @@ impl Positions {
 }
 
 impl Valves {
-    /// All valves settled, the direction valve to the right for +1 and to the left for -1.
+    /// Returns settled valves, the direction valve to the right for +1 and to the left for -1.
     #[must_use]
     pub(crate) fn settled(polarity: i8) -> Self {
         let settled = Positions {
@@ -114,17 +110,14 @@ impl Valves {
         }
     }
 
-    /// Which valve switches no more. One let go of switches to where it is held, with the next
-    /// command.
+    /// Sets the stuck valve. A released valve switches to its commanded position with the next command.
     pub(crate) fn set_stuck(&mut self, stuck: Option<StuckValve>) {
         self.stuck = stuck;
     }
 
-    /// Carries out a pulse command (Figure 2-3). A sign that stays gates the volume to its
-    /// actuating valve. A sign that changes switches the direction valve, and the volume in
-    /// parallel is inhibited, since that switching moves one; the actuating valves of the volumes
-    /// not asked for switch along, and those do not move. The drivers know no valve's position,
-    /// only their own last command.
+    /// Carries out a pulse command (Figure 2-3). With an unchanged sign the actuating valve moves the commanded volume. With a changed sign
+    /// the direction valve switches, and its switching moves the volume, so the parallel volume command is inhibited. The actuating valves
+    /// of the other volumes switch too, so those do not move. The drivers know only their own last command, not the valves' positions.
     pub(crate) fn obey(&mut self, command: Command) -> Stroke {
         let sign_changes = (command.sign > 0) != self.driven.direction_right;
         self.driven.direction_right ^= sign_changes;

@@ -1,8 +1,8 @@
-//! The answers to a tick: how the planes move over it, and who is done with it. Stamps are in ns.
+//! The answers to a tick: the planes' motion over the tick, and the nodes that have finished it. Stamps are in ns.
 //!
-//! In lockstep a tick is over when the actuator and every member have answered for its stamp; they may come in any order, and more than
-//! once. Elsewhere no tick waits: it is flown on the newest answer not yet flown that is at most `delay_budget` ticks old. Over a slow link
-//! the planes then move as they would by the tick's own answer, so much later. Without an answer they are held.
+//! In lockstep a tick ends when the actuator and every member have answered with its stamp, in any order; answers may repeat. Without
+//! lockstep no tick waits: it uses the newest unused answer that is at most `delay_budget` ticks old. Over a slow link the planes then
+//! follow the correct motion with a delay. Without an answer the planes hold their angle.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,41 +10,41 @@ use planesman_msgs::planesman_msgs::msg::{PlaneMotion, TickAnswer};
 
 use crate::parameters::{PlantParameters, TimeSource};
 
-/// What [`Answers::missing`] calls the actuator, which is no member.
+/// Name of the actuator in [`Answers::missing`]; the actuator is not a member.
 pub const THE_ACTUATOR: &str = "the actuator";
 
-/// Answers that have come and may still be flown, and what the ticks were flown on.
+/// Received answers that are still usable, and a record of the answers used.
 #[derive(Clone, Debug)]
 pub struct Answers {
     /// Sampling time.
     tick: i64,
-    /// The oldest motion that is flown, in ticks before the present one.
+    /// Largest age of a usable motion, in ticks.
     budget: i64,
     lockstep: bool,
-    /// Whether there is no actuator to wait for.
+    /// Whether the vehicle has only thrusters, so no tick waits for an actuator.
     thrusters_alone: bool,
-    /// Who answers in lockstep besides the actuator.
+    /// Nodes that must answer in lockstep, besides the actuator.
     members: BTreeSet<String>,
-    /// Topics whose messages answer in lockstep too.
+    /// Topics whose messages must arrive in lockstep too.
     gates: BTreeSet<String>,
-    /// The members and gates that have answered.
+    /// Members and gates that have answered.
     answered: BTreeSet<String>,
-    /// The actuator's answers by stamp.
+    /// Answers of the actuator by stamp.
     motions: BTreeMap<i64, PlaneMotion>,
-    /// Stamp of the last one flown.
+    /// Stamp of the last answer used.
     flown: Option<i64>,
-    /// The age of the answer used in the last tick, in ticks.
+    /// Age of the answer used in the last tick, in ticks.
     pub age: i64,
-    /// Ticks without the actuator's answer.
+    /// Number of ticks without the actuator's answer.
     pub unanswered: u64,
-    /// Such ticks in a row.
+    /// Number of consecutive ticks without the actuator's answer.
     pub silent: i64,
-    /// Ticks flown on an older answer.
+    /// Number of ticks that used an older answer.
     pub delayed: u64,
 }
 
 impl Answers {
-    /// None yet, for ticks of `tick` ns.
+    /// Returns an empty set, for ticks of `tick` ns.
     #[must_use]
     pub fn new(parameters: &PlantParameters, tick: i64) -> Self {
         let mut answers = Self {
@@ -66,7 +66,7 @@ impl Answers {
         answers
     }
 
-    /// Takes another `delay_budget`; lockstep has none.
+    /// Sets `delay_budget`; lockstep does not use it.
     pub fn set_parameters(&mut self, parameters: &PlantParameters) {
         self.budget = if self.lockstep {
             0
@@ -75,19 +75,19 @@ impl Answers {
         };
     }
 
-    /// Waits in lockstep for messages of these topics too.
+    /// Adds topics that a tick waits for in lockstep.
     pub fn set_gates<'a>(&mut self, topics: impl Iterator<Item = &'a str>) {
         if self.lockstep {
             self.gates = topics.map(str::to_owned).collect();
         }
     }
 
-    /// Waits for no actuator: thrusters alone move the vehicle.
+    /// Removes the wait for an actuator, for a vehicle with only thrusters.
     pub fn need_no_actuator(&mut self) {
         self.thrusters_alone = true;
     }
 
-    /// A tick begins: nobody has answered; where no tick waits, earlier motions may still be flown.
+    /// Begins a tick without answers; without lockstep, earlier motions stay usable.
     pub fn begin(&mut self) {
         self.answered.clear();
         if self.lockstep {
@@ -95,13 +95,13 @@ impl Answers {
         }
     }
 
-    /// The stamps go back: no answer has been flown.
+    /// Forgets the last answer used, since the stamps have gone back.
     pub fn restart(&mut self) {
         self.motions.clear();
         self.flown = None;
     }
 
-    /// Takes the actuator's answer, during the tick at `now`.
+    /// Adds the actuator's answer during the tick at `now`.
     pub fn on_motion(&mut self, motion: PlaneMotion, now: i64) {
         let stamp = motion.header.stamp.nanos();
         if self.is_due(stamp, now) {
@@ -109,21 +109,21 @@ impl Answers {
         }
     }
 
-    /// Takes a member's answer, during the tick at `now`.
+    /// Adds a member's answer during the tick at `now`.
     pub fn on_answer(&mut self, answer: &TickAnswer, now: i64) {
         if answer.header.stamp.nanos() == now && self.members.contains(&answer.member) {
             self.answered.insert(answer.member.clone());
         }
     }
 
-    /// Takes the message of a gate that answers the present tick.
+    /// Adds a gate's message that answers the present tick.
     pub fn on_gate(&mut self, topic: &str) {
         if self.gates.contains(topic) {
             self.answered.insert(topic.to_owned());
         }
     }
 
-    /// Who has not answered for the tick at `now`.
+    /// Names of the nodes and topics without an answer for the tick at `now`.
     #[must_use]
     pub fn missing(&self, now: i64) -> Vec<&str> {
         let has_answered = self.thrusters_alone || self.motions.contains_key(&now);
@@ -141,7 +141,7 @@ impl Answers {
         (oldest..=now).contains(&stamp) && self.flown.is_none_or(|flown| stamp > flown)
     }
 
-    /// The motion that the tick at `now` is flown on, its age in [`Self::age`].
+    /// Motion for the tick at `now`; its age is in [`Self::age`].
     pub fn fly(&mut self, now: i64) -> Option<PlaneMotion> {
         let newest = std::mem::take(&mut self.motions).pop_last();
         let newest = newest.filter(|(stamp, _)| self.is_due(*stamp, now));

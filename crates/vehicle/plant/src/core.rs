@@ -1,11 +1,11 @@
-//! Messages in, messages out: the plant one tick at a time.
+//! The plant tick by tick: messages in, messages out.
 //!
-//! [`Plant::observe`] says what is published at a stamp, [`Plant::advance`] moves on by one tick.
-//! Observing changes nothing, so a stamp observed again gives the same bytes. What comes out
-//! depends on the parameters, the plane motions and the number of ticks, and on nothing else.
+//! [`Plant::observe`] returns the messages at a stamp, [`Plant::advance`] advances by one tick. An observation changes nothing, so a
+//! repeated observation of a stamp gives the same bytes. The output depends only on the parameters, the plane motions and the number of
+//! ticks.
 //!
-//! A changed parameter takes effect in the next tick: what has been published at a stamp stays
-//! what it was. A refused motion or a diverging step leaves the plant as it was.
+//! A changed parameter takes effect in the next tick; messages already published at a stamp stay the same. A refused motion or a diverging
+//! step leaves the plant unchanged.
 
 use planesman_msgs::{
     builtin_interfaces::msg::{Duration, Time},
@@ -30,17 +30,17 @@ use crate::{
 };
 use planesman_vehicle::{Body, Boundary, Contact, GeneralisedForce, Inputs, PlanePath, Waves};
 
-/// How long a thruster's command holds without another \[ns\].
+/// Time for which a thruster command holds without a new one \[ns\].
 const COMMAND_LIFETIME: i64 = 1_000_000_000;
 
-/// Everything the plant publishes at one stamp.
+/// All messages of the plant at one stamp.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
-    /// The truth, on `state`.
+    /// True state, on `state`.
     pub state: VehicleState,
-    /// What the instruments read.
+    /// Readings of the instruments.
     pub instruments: Instruments,
-    /// The truth in ROS frames.
+    /// True pose in ROS frames.
     pub pose: Pose,
 }
 
@@ -49,50 +49,49 @@ pub struct Observation {
 pub struct Pose {
     /// In the frame `odom`.
     pub odometry: Odometry,
-    /// `odom` to `base_link`, and that to the planes.
+    /// `odom` to `base_link`, and `base_link` to the planes.
     pub transforms: TFMessage,
 }
 
 impl Pose {
-    /// Hands each message to `sink`.
+    /// Sends each message to `sink`.
     ///
     /// # Errors
-    /// When the sink cannot keep one.
+    /// If the sink cannot store a message.
     pub fn put_into<S: Sink>(&self, stamp: &Time, sink: &mut S) -> Result<(), S::Error> {
         sink.put("odom", stamp, &self.odometry)?;
         sink.put("/tf", stamp, &self.transforms)
     }
 }
 
-/// The vehicle, its instruments and where they stand at the present tick.
+/// The vehicle and its instruments at the present tick.
 #[derive(Clone, Debug)]
 pub struct Plant {
     craft: VehicleModel,
     settings: Settings,
-    /// Accepted, and in force from the next tick on.
+    /// Accepted settings that apply from the next tick on.
     next_settings: Option<Settings>,
     place: Place,
     /// Ticks since the start or a reset.
     ticks: i64,
     acting: Acting,
-    /// What the thrusters are asked to do, and for how many ticks nobody has asked.
+    /// Commands of the thrusters, and the number of ticks since the last command.
     thrusters: (Vec<f64>, i64),
     planes_source: u8,
-    /// The first contact of the tick that ended now, timed from its start.
+    /// First contact during the last tick; its time counts from the tick's start.
     contact: Option<Contact>,
     waves: Waves,
-    /// The most kinetic energy of heave and pitch \[J\] that the motion can have been given so far.
+    /// Upper bound of the kinetic energy of heave and pitch so far \[J\].
     energy: f64,
-    /// What that was last computed for.
+    /// The conditions for which that bound was computed.
     supply: Option<Supply>,
-    /// The sensors' state for the next tick.
+    /// State of the sensors for the next tick.
     memory: Memory,
-    /// Their readings at the present tick, once somebody has asked for them.
+    /// Readings at the present tick; `None` until they are requested.
     readings: Option<Readings>,
 }
 
-/// The inputs at the stamp: the actuators' positions at the end of the tick before it, and the waves' load
-/// over that tick.
+/// The inputs at the stamp: actuator positions at the end of the last tick, and the wave load over that tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Acting {
     dive_planes: f64,
@@ -126,25 +125,25 @@ impl Acting {
     }
 }
 
-/// What holds for the whole flight: for late joiners too.
+/// Messages that are constant for the whole flight, also for late subscribers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StaticMessages {
-    /// The fixed frames beside those that move.
+    /// Fixed frames.
     pub transforms: TFMessage,
-    /// The vehicle's URDF.
+    /// URDF of the vehicle.
     pub description: Text,
 }
 
 impl Plant {
-    /// The plant at its initial state, planes neutral.
+    /// Creates the plant at its initial state with neutral planes.
     ///
     /// # Errors
-    /// The refusal and its reason: a vehicle file, a prefix, thrust for a vehicle without propulsion.
+    /// If the vehicle file or the prefix is refused, or thrust is set for a vehicle without propulsion.
     pub fn new(parameters: &PlantParameters) -> Result<Self, Error> {
         Self::of(VehicleModel::load(parameters)?, parameters)
     }
 
-    /// The same of a vehicle that is read already.
+    /// As [`Plant::new`], for a vehicle that has already been read.
     ///
     /// # Errors
     /// As [`Plant::new`].
@@ -168,11 +167,10 @@ impl Plant {
         })
     }
 
-    /// Takes changed parameters, in force from the next tick on; the initial state and the seed
-    /// from the next reset on.
+    /// Applies changed parameters from the next tick on; the initial state and the seed apply at the next reset.
     ///
     /// # Errors
-    /// As [`Plant::new`]; then the parameters before stay in force.
+    /// As [`Plant::new`]; the previous parameters then stay in force.
     pub fn set_parameters(&mut self, parameters: &PlantParameters) -> Result<(), Error> {
         let next = Settings::new(parameters, &self.craft)?;
         if next.fixed() != self.settings.fixed() {
@@ -188,13 +186,13 @@ impl Plant {
         self.settings.tick_nanos
     }
 
-    /// The vehicle, to compare an identified model with.
+    /// The vehicle, for comparison with an identified model.
     #[must_use]
     pub fn craft(&self) -> &VehicleModel {
         &self.craft
     }
 
-    /// The first contact of the tick that ended now, its time \[s\] from that tick's start.
+    /// First contact during the last tick; its time \[s\] counts from the tick's start.
     #[must_use]
     pub fn contact(&self) -> Option<Contact> {
         self.contact
@@ -206,7 +204,7 @@ impl Plant {
         self.place.body.speed
     }
 
-    /// Where the body is and how it moves, of a vehicle of six degrees its sway too.
+    /// Pose and motion of the body; with six degrees of freedom also its sway.
     #[must_use]
     pub fn body(&self) -> &Body {
         &self.place.body
@@ -228,7 +226,7 @@ impl Plant {
         }
     }
 
-    /// The ranges of the channels that are at an end of theirs in a sample of the acquisition, a line each.
+    /// Ranges of the saturated channels in a sample of the acquisition, one line each.
     #[must_use]
     pub fn saturated(&self, flags: u8) -> Vec<String> {
         let Settings {
@@ -239,20 +237,20 @@ impl Plant {
         sensors.limits(flags, environment)
     }
 
-    /// Of [`Plant::observe`] the state alone.
+    /// The state alone, as in [`Plant::observe`].
     #[must_use]
     pub fn state(&self, stamp: Time) -> VehicleState {
         self.state_message(&self.frames(stamp))
     }
 
-    /// Of [`Plant::observe`] the instruments alone.
+    /// The instruments alone, as in [`Plant::observe`].
     #[must_use]
     pub fn instruments(&mut self, stamp: Time) -> Instruments {
         let readings = self.readings();
         Instruments::new(&self.frames(stamp), &readings, &self.settings.sensors)
     }
 
-    /// One message of each topic of an instrument that is on, to open publishers by.
+    /// One message for each topic of an enabled instrument, for the creation of publishers.
     #[must_use]
     pub fn instruments_that_are_on(&self) -> Instruments {
         Instruments::of_all_that_are_on(&self.settings.sensors)
@@ -265,7 +263,7 @@ impl Plant {
         }
     }
 
-    /// What holds for the whole flight.
+    /// Messages that are constant for the whole flight.
     #[must_use]
     pub fn static_messages(&self) -> StaticMessages {
         let frames = self.frames(Time::default());
@@ -281,7 +279,7 @@ impl Plant {
         }
     }
 
-    /// What moves, with its angle \[rad\].
+    /// Moving parts, each with its angle \[rad\].
     fn parts(&self) -> Vec<(Part, f64)> {
         let together = self.acting.dive_planes;
         let apart = self.acting.bow_stern_differential;
@@ -299,8 +297,8 @@ impl Plant {
             .collect()
     }
 
-    /// The motion that a foreign actuator's joint state stands for: its angle, held over the tick. `None` without a joint `dive_planes` with
-    /// a position.
+    /// Converts the joint state of a foreign actuator to a motion with a constant angle over the tick. `None` if the joint `dive_planes` or
+    /// its position is missing.
     #[must_use]
     pub fn motion(&self, planes: &JointState) -> Option<PlaneMotion> {
         let joint = planes.name.iter().position(|n| n == "dive_planes")?;
@@ -316,17 +314,15 @@ impl Plant {
     /// Checks a motion as [`Plant::advance`] will.
     ///
     /// # Errors
-    /// Why the motion does not fit the tick.
+    /// If the motion does not fit the tick.
     pub fn check_motion(&self, motion: &PlaneMotion) -> Result<(), Error> {
         inputs_of(motion, self.tick_nanos()).map(drop)
     }
 
-    /// Moves on by one tick, the planes along `motion`; without one they stay where they are,
-    /// and the next state says so.
+    /// Advances by one tick with the planes along `motion`. Without a motion the planes hold their angle, and the next state says so.
     ///
     /// # Errors
-    /// A motion that does not fit the tick, or one under which the vehicle's numbers diverge.
-    /// The plant is then as it was.
+    /// If the motion does not fit the tick, or the vehicle's state diverges. The plant then stays unchanged.
     pub fn advance(&mut self, motion: Option<&PlaneMotion>) -> Result<(), Error> {
         // Planes that it does not have tell nothing, whether or not somebody speaks of them.
         let motion = motion.filter(|_| !self.craft.is_of_thrusters_alone());
@@ -366,16 +362,16 @@ impl Plant {
         Ok(())
     }
 
-    /// The thrusters' names, in the order of their commands; none of a vehicle without.
+    /// Names of the thrusters, in the order of their commands; empty for a vehicle without thrusters.
     #[must_use]
     pub fn thrusters(&self) -> &[String] {
         self.craft.thrusters()
     }
 
-    /// Takes the thrusters' commands, from the present tick on; one that is not named stands still.
+    /// Sets the thrusters' commands from the present tick on; a thruster that is not named gets 0.
     ///
     /// # Errors
-    /// [`Error::Commands`], [`Error::Thruster`], [`Error::Command`]; the commands before then hold.
+    /// [`Error::Commands`], [`Error::Thruster`], [`Error::Command`]; the previous commands then stay in force.
     pub fn set_thrusters(&mut self, command: &ThrusterCommand) -> Result<(), Error> {
         let names = self.thrusters();
         let mut commands = vec![0.0; names.len()];
@@ -405,7 +401,7 @@ impl Plant {
         Ok(())
     }
 
-    /// The commands in force: none once nobody has given any for a second.
+    /// Commands in force; empty after a second without a command.
     fn commands(&self) -> &[f64] {
         let (commands, ticks) = &self.thrusters;
         match ticks * self.settings.tick_nanos > COMMAND_LIFETIME {
@@ -414,7 +410,7 @@ impl Plant {
         }
     }
 
-    /// As [`Plant::advance`], along a motion that was to be an earlier tick's; the next state says so.
+    /// As [`Plant::advance`], along a motion meant for an earlier tick; the next state says so.
     ///
     /// # Errors
     /// As [`Plant::advance`].
@@ -424,7 +420,7 @@ impl Plant {
         Ok(())
     }
 
-    /// Back to the initial state, planes neutral, the noise from its beginning; the present state says so.
+    /// Returns to the initial state with neutral planes and restarts the noise; the present state says so.
     pub fn reset(&mut self) {
         self.take_next_settings();
         self.place = Place::of(self.settings.initial);
@@ -440,8 +436,8 @@ impl Plant {
         self.readings = None;
     }
 
-    /// The sensors' readings in the present tick. They are read where somebody asks for them, once a tick; in a tick
-    /// in which nobody does, their noise stands still.
+    /// The sensors' readings in the present tick. They are computed once in a tick, when they are requested; in a tick without a request
+    /// the noise does not advance.
     fn readings(&mut self) -> Readings {
         let (settings, memory) = (&self.settings, &mut self.memory);
         let time = self.ticks * settings.tick_nanos;
@@ -497,10 +493,10 @@ impl Plant {
         }
     }
 
-    /// The most kinetic energy \[J\] that the motion can have been given by the end of a tick, and what it was computed for.
+    /// Upper bound of the kinetic energy at the end of a tick \[J\], and the conditions for which it was computed.
     ///
     /// # Errors
-    /// It has more: only a law of pitch damping that is linear, far outside its range, lets it have that.
+    /// A larger energy means that a linear law of pitch damping was used far outside its range.
     fn energy_after(
         &self,
         body: &Body,
@@ -532,7 +528,7 @@ impl Plant {
         Ok((most, Some(supply)))
     }
 
-    /// The waves' load over the coming tick.
+    /// Wave load over the coming tick.
     fn waves_force(&self, settings: &Settings) -> GeneralisedForce {
         match &settings.seaway {
             Some((seaway, _)) => {
@@ -544,7 +540,7 @@ impl Plant {
     }
 }
 
-/// The true quantities that the instruments measure, at a time \[ns\] since the start or a reset.
+/// True quantities that the instruments measure, at a time \[ns\] since the start or a reset.
 fn truth(settings: &Settings, place: &Place, acting: &Acting, time: i64) -> Truth {
     let (body, gravity) = (&place.body, settings.environment.gravity);
     Truth {
@@ -565,7 +561,7 @@ fn truth(settings: &Settings, place: &Place, acting: &Acting, time: i64) -> Trut
     }
 }
 
-/// The five paths of a motion over a tick of `tick` ns; what is left out is neutral.
+/// The five paths of a motion over a tick of `tick` ns; omitted paths are neutral.
 fn inputs_of(motion: &PlaneMotion, tick: i64) -> Result<Inputs<'_>, Error> {
     let duration = motion.duration.nanos();
     // Written so that NaN is refused too.
@@ -591,7 +587,7 @@ fn inputs_of(motion: &PlaneMotion, tick: i64) -> Result<Inputs<'_>, Error> {
     })
 }
 
-/// A path, neutral when no samples are given.
+/// A path; neutral without samples.
 fn or_neutral<'a>(
     name: &'static str,
     samples: &'a [f64],
@@ -1468,10 +1464,13 @@ mod tests {
             ..ThrusterCommand::default()
         };
         for (bad, reason) in [
-            (command(&["bow"], vec![0.1]), "'bow' is none"),
+            (command(&["bow"], vec![0.1]), "unknown thruster 'bow'"),
             (command(&all, vec![0.1]), "4 names and 1 commands"),
-            (command(&all[..1], vec![1.5]), "no share"),
-            (command(&all[..1], vec![f64::NAN]), "no share"),
+            (command(&all[..1], vec![1.5]), "as a share of full command"),
+            (
+                command(&all[..1], vec![f64::NAN]),
+                "as a share of full command",
+            ),
         ] {
             let refusal = plant.set_thrusters(&bad).expect_err("refused").to_string();
             assert!(refusal.contains(reason), "{refusal}");

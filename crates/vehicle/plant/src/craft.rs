@@ -1,4 +1,4 @@
-//! The vehicle that is flown: one of the vertical plane, or one of six degrees of freedom.
+//! The simulated vehicle: a model of the vertical plane, or one with six degrees of freedom.
 
 use planesman_vehicle::six_dof::{self, Commands, Conditions, Sea, Tick};
 use planesman_vehicle::{
@@ -11,20 +11,20 @@ use crate::error::Error;
 use crate::parameters::PlantParameters;
 use crate::sensors;
 
-/// The vehicle that the parameters name.
+/// Model of the vehicle that the parameters name.
 #[derive(Clone, Debug)]
 pub enum VehicleModel {
-    /// Of the vertical plane, with roll and yaw as axes of their own.
+    /// Vertical plane, with roll and yaw as separate axes.
     Plane(Box<Vehicle>),
-    /// Of six coupled degrees of freedom.
+    /// Six coupled degrees of freedom.
     SixDof(Box<Tick>),
 }
 
 impl VehicleModel {
-    /// The vehicle of that name, or of the file at that path.
+    /// Loads the vehicle of that name, or of the file at that path.
     ///
     /// # Errors
-    /// The refusal and its reason.
+    /// If the vehicle is refused.
     pub fn load(parameters: &PlantParameters) -> Result<Self, Error> {
         let (name, base) = (&parameters.vehicle, &parameters.vehicle_base);
         match vehicle_file::load_on(name, base) {
@@ -35,10 +35,10 @@ impl VehicleModel {
         }
     }
 
-    /// The vehicle in a file's text; `file` is what errors call it.
+    /// Parses the text of a vehicle file; errors call it `file`.
     ///
     /// # Errors
-    /// The refusal and its reason.
+    /// If the vehicle is refused.
     pub fn parse(file: &str, text: &str) -> Result<Self, Error> {
         match vehicle_file::parse(file, text) {
             Err(VehicleError::OfSixDegrees(_)) => {
@@ -65,7 +65,7 @@ impl VehicleModel {
         }
     }
 
-    /// Whether thrusters alone move it.
+    /// Whether the vehicle has only thrusters.
     #[must_use]
     pub fn is_of_thrusters_alone(&self) -> bool {
         match self {
@@ -74,7 +74,7 @@ impl VehicleModel {
         }
     }
 
-    /// The thrusters' names, in the order of their commands.
+    /// Names of the thrusters, in the order of their commands.
     #[must_use]
     pub fn thrusters(&self) -> &[String] {
         match self {
@@ -83,7 +83,7 @@ impl VehicleModel {
         }
     }
 
-    /// Where it senses depth: a vehicle of six degrees at its origin.
+    /// Position of the depth port; a vehicle with six degrees of freedom senses depth at its origin.
     pub(crate) fn depth_port(&self) -> Port {
         match self {
             Self::Plane(vehicle) => vehicle.depth_port,
@@ -95,23 +95,23 @@ impl VehicleModel {
     }
 }
 
-/// How it moves, with what the parameters say of it.
+/// Equations of motion with the settings from the parameters.
 #[derive(Clone, Debug)]
 pub(crate) enum Equations {
-    /// Of the plane.
+    /// Of the vertical plane.
     Plane(Box<BodyMotion>),
-    /// Of six degrees.
+    /// Of six degrees of freedom.
     SixDof(Box<SixDof>),
 }
 
-/// A vehicle of six degrees in its water.
+/// A vehicle with six degrees of freedom in its water.
 #[derive(Clone, Debug)]
 pub(crate) struct SixDof {
     /// The vehicle.
     pub(crate) tick: Tick,
     /// The water.
     pub(crate) sea: Sea,
-    /// Surge through the water \[m/s\], where it is held.
+    /// Surge velocity through the water \[m/s\], if it is held.
     pub(crate) held_speed: Option<f64>,
     /// The longest step \[s\].
     pub(crate) step: f64,
@@ -128,26 +128,26 @@ impl SixDof {
         }
     }
 
-    /// Where it is: before its first tick, as its body says.
+    /// State of the equations; before the first tick it follows from the body.
     fn state(&self, place: &Place) -> six_dof::State {
         let of_body = || six_dof::State::of_body(&place.body, self.sea.current);
         place.state.unwrap_or_else(of_body)
     }
 }
 
-/// Where the vehicle is.
+/// State of the vehicle.
 #[derive(Clone, Debug)]
 pub(crate) struct Place {
-    /// As messages and sensors see it.
+    /// State as messages and sensors use it.
     pub(crate) body: Body,
-    /// Of a vehicle of six degrees, whose attitude has no angles, once it has moved.
+    /// State of a vehicle with six degrees of freedom after its first tick; its attitude is not stored as angles.
     state: Option<six_dof::State>,
-    /// Where its thrusters are, as shares of full command.
+    /// State of the thrusters, as shares of full command.
     thrusters: Vec<f64>,
 }
 
 impl Place {
-    /// Of a body there, its thrusters at rest.
+    /// State of this body with its thrusters at rest.
     pub(crate) fn of(body: Body) -> Self {
         Self {
             body,
@@ -158,7 +158,7 @@ impl Place {
 }
 
 impl Equations {
-    /// The water's velocity \[m/s\]: forward, right, down in the fixed frame.
+    /// Velocity of the water \[m/s\]: forward, right, down in the fixed frame.
     pub(crate) fn current(&self) -> [f64; 3] {
         match self {
             Self::Plane(motion) => motion.current,
@@ -166,7 +166,7 @@ impl Equations {
         }
     }
 
-    /// Depth of the bottom \[m\]; `None`: there is none.
+    /// Depth of the bottom \[m\]; `None` without a bottom.
     pub(crate) fn bottom(&self) -> Option<f64> {
         match self {
             Self::Plane(motion) => motion.depth_limits.bottom,
@@ -174,7 +174,7 @@ impl Equations {
         }
     }
 
-    /// Gives the body the speed that is held, if one is.
+    /// Sets the body's speed to the held speed, if it is held.
     pub(crate) fn hold_speed(&self, place: &mut Place) {
         match self {
             Self::Plane(motion) if motion.drive.is_none() => {
@@ -192,7 +192,7 @@ impl Equations {
         }
     }
 
-    /// As [`BodyMotion::advance`]; `wanted` of the thrusters.
+    /// As [`BodyMotion::advance`]; `wanted` are the thrusters' commands.
     pub(crate) fn advance(
         &self,
         from: &Place,
@@ -224,7 +224,7 @@ impl Equations {
         }
     }
 
-    /// What the accelerometers at the origin feel \[m/s^2\], forward, left, up.
+    /// Specific force at the origin \[m/s^2\], forward, left, up.
     pub(crate) fn specific_force(
         &self,
         place: &Place,
@@ -249,7 +249,7 @@ impl Equations {
         }
     }
 
-    /// The depth rate \[m/s\], positive down, and what the vehicle touches.
+    /// Depth rate \[m/s\], positive down, and contact with surface or bottom.
     pub(crate) fn depth_rate_and_contact(&self, place: &Place) -> (f64, Option<Boundary>) {
         let Body { plane, .. } = place.body;
         let rate = place.body.depth_rate(self.current());
@@ -262,7 +262,7 @@ impl Equations {
         }
     }
 
-    /// The equations of the plane.
+    /// Equations of the vertical plane; `None` for six degrees of freedom.
     pub(crate) fn plane(&self) -> Option<&BodyMotion> {
         match self {
             Self::Plane(motion) => Some(motion),
@@ -271,7 +271,7 @@ impl Equations {
     }
 }
 
-/// The derivatives of a craft's vertical plane at a speed \[m/s\] through the water, before any variant of its equations.
+/// Derivatives of a vehicle's vertical plane at a speed through the water \[m/s\], before any variant of its equations.
 pub(crate) fn derivatives(craft: &VehicleModel, speed: f64) -> Derivatives {
     match craft {
         VehicleModel::Plane(vehicle) => vehicle.derivatives(speed),

@@ -1,7 +1,8 @@
-//! The vehicle as URDF, and the frames of its moving parts.
+//! URDF of the vehicle, and the frames of its moving parts.
 //!
-//! The links' frames are those of `/tf` without their prefix. The vehicle files have no shape: the hull is a mesh of the ROS package, scaled to
-//! the reference length and to displace the vehicle's buoyancy. Every link's collision shape is a primitive, for viewers without the package.
+//! The links' frames are those of `/tf` without their prefix. The vehicle files contain no shape. The hull is a mesh of the ROS package,
+//! scaled to the reference length and to the volume of the vehicle's buoyancy. The collision shape of every link is a primitive, for
+//! viewers without the package.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -16,7 +17,7 @@ pub(crate) const BODY: &str = "base_link";
 /// The body: forward, right, down (REP 103).
 pub(crate) const BODY_DOWN: &str = "base_link_frd";
 
-/// Weight of the water that the hull displaces \[N/m^3\].
+/// Specific weight of the water that the hull displaces \[N/m^3\].
 const WATER: f64 = 9810.0;
 
 /// A part that moves with the planes.
@@ -24,41 +25,41 @@ const WATER: f64 = 9810.0;
 pub(crate) struct Part {
     /// Its frame.
     pub link: &'static str,
-    /// Its joint: as in `sensor_msgs/JointState` on `planes`.
+    /// Name of its joint, as in `sensor_msgs/JointState` on `planes`.
     pub joint: &'static str,
-    /// At neutral planes, from the body's origin: forward, left, up \[m\].
+    /// Position at neutral planes, from the body's origin: forward, left, up \[m\].
     pub origin: [f64; 3],
-    /// What moves it.
+    /// Planes that move it.
     pub driver: Driver,
-    /// How it moves with its positive angle.
+    /// Its motion for a positive angle.
     pub motion: Motion,
 }
 
-/// What moves a part.
+/// Planes that move a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Driver {
-    /// The bow planes' angle.
+    /// Angle of the bow planes.
     Bow,
-    /// The stern planes'.
+    /// Angle of the stern planes.
     Stern,
-    /// That of both together.
+    /// Angle of both together.
     Together,
     /// The rudder's.
     Rudder,
 }
 
-/// The motion of a part with its angle.
+/// Motion of a part with its angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Motion {
-    /// Turns about y: 1 the leading edge down, -1 up.
+    /// Rotation about y: 1 leading edge down, -1 up.
     Turn(f64),
-    /// Turns about z: 1 the leading edge to port, as a rudder to starboard.
+    /// Rotation about z: 1 leading edge to port, as a rudder to starboard.
     Swing(f64),
-    /// Moves forward, by so many metres per radian.
+    /// Translation forward, m/rad.
     Slide(f64),
 }
 
-/// A thruster: its link, its place and where it pushes, forward, left, up \[m\].
+/// A thruster: its link, position and direction of thrust, forward, left, up \[m\].
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Thruster {
     /// Its frame.
@@ -70,13 +71,13 @@ pub(crate) struct Thruster {
 }
 
 impl Thruster {
-    /// Pitch and yaw \[rad\] that turn the body's x axis into its direction.
+    /// Pitch and yaw \[rad\] that turn the body's x axis into the direction of thrust.
     fn pitch_and_yaw(&self) -> (f64, f64) {
         let [x, y, z] = self.direction;
         (-libm::asin(z.clamp(-1.0, 1.0)), libm::atan2(y, x))
     }
 
-    /// The same as a quaternion (x, y, z, w).
+    /// The same direction as a quaternion (x, y, z, w).
     pub(crate) fn orientation(&self) -> [f64; 4] {
         let (pitch, yaw) = self.pitch_and_yaw();
         let ((sp, cp), (sy, cy)) = (libm::sincos(0.5 * pitch), libm::sincos(0.5 * yaw));
@@ -84,7 +85,7 @@ impl Thruster {
     }
 }
 
-/// The thrusters, of a vehicle that has them.
+/// Thrusters of the vehicle; empty without thrusters.
 pub(crate) fn thrusters(craft: &VehicleModel) -> Vec<Thruster> {
     let VehicleModel::SixDof(tick) = craft else {
         return Vec::new();
@@ -98,17 +99,17 @@ pub(crate) fn thrusters(craft: &VehicleModel) -> Vec<Thruster> {
     all.collect()
 }
 
-/// Forward, right, down to forward, left, up.
+/// Converts forward, right, down to forward, left, up.
 fn turned_up([x, y, z]: [f64; 3]) -> [f64; 3] {
     [x, 0.0 - y, 0.0 - z]
 }
 
-/// A name of the user's: nothing in it is XML.
+/// Escapes a user's name for XML.
 fn no_xml(name: &str) -> String {
     name.replace(|c: char| !c.is_ascii_alphanumeric() && c != '_', "_")
 }
 
-/// The planes, bow and stern, and the ram that turns them, and the rudder; none where the vehicle file does not have them.
+/// Bow and stern planes, their ram, and the rudder; parts that the vehicle file lacks are omitted.
 pub(crate) fn parts(craft: &VehicleModel) -> Vec<Part> {
     match craft {
         VehicleModel::Plane(vehicle) => parts_of_the_plane(vehicle),
@@ -154,7 +155,7 @@ fn stern_planes(origin: [f64; 3]) -> Part {
     }
 }
 
-/// Where its file has fins in the flow they are there, else at an end of the hull.
+/// Parts at the fins' positions in the vehicle file, or else at the ends of the hull.
 fn parts_of_six_degrees(tick: &Tick) -> Vec<Part> {
     let parts = tick.vehicle().parts();
     let place = |input: usize, end: f64| {
@@ -186,12 +187,12 @@ fn parts_of_six_degrees(tick: &Tick) -> Vec<Part> {
     parts.inputs.iter().enumerate().filter_map(of).collect()
 }
 
-/// The hull's extent \[m\].
+/// Dimensions of the hull \[m\].
 pub(crate) struct Extent {
     pub(crate) length: f64,
     pub(crate) width: f64,
     pub(crate) height: f64,
-    /// A body of revolution; else a frame.
+    /// Whether it is a body of revolution; otherwise a frame.
     pub(crate) is_round: bool,
 }
 
@@ -221,7 +222,7 @@ impl Extent {
     }
 }
 
-/// A shape of the hull that every viewer has, and the one of the package.
+/// Shape of the hull: a primitive for every viewer, and the mesh of the package.
 struct Shape {
     name: String,
     collision: String,
@@ -272,7 +273,7 @@ fn lengthwise(length: f64, radius: f64) -> String {
     format!("<origin rpy=\"0 {FRAC_PI_2} 0\"/><geometry>{shape}</geometry>")
 }
 
-/// A link of one shape, and the joint of a name and a kind that holds it to the body.
+/// A link of one shape, and the joint, of a given name and type, between it and the body.
 fn jointed(
     link: &str,
     (joint, kind): (&str, &str),
@@ -294,7 +295,7 @@ fn jointed(
     )
 }
 
-/// The vehicle's URDF.
+/// URDF of the vehicle.
 #[must_use]
 pub fn robot_description(craft: &VehicleModel) -> String {
     let Shape {

@@ -6,16 +6,16 @@ use planesman_vehicle::{
     vehicle_file::VehicleError,
 };
 
-/// Parameters or a motion that are refused; nothing changes then.
+/// Refused parameters or motion; the plant stays unchanged.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The vehicle file, or the model file behind it.
+    /// The vehicle file, or its model file, is refused.
     #[error(transparent)]
     Vehicle(#[from] VehicleError),
-    /// The file of a vehicle of six degrees.
+    /// The file of a vehicle with six degrees of freedom is refused.
     #[error(transparent)]
     SixDof(#[from] FileError),
-    /// A vehicle of six degrees that nothing of the loop can move.
+    /// A vehicle with six degrees of freedom without any actuator that the loop can command.
     #[error("vehicle '{vehicle}': {reason}")]
     Unmoved {
         /// Its name.
@@ -23,10 +23,10 @@ pub enum Error {
         /// The input.
         reason: Unmoved,
     },
-    /// A parameter that is of the plane's equations.
+    /// The parameter exists only for the equations of the vertical plane.
     #[error(
-        "parameter '{parameter}' refused: vehicle '{vehicle}' has six degrees of freedom, whose equations have no such choice; leave it at its \
-         default"
+        "parameter '{parameter}' refused: vehicle '{vehicle}' has six degrees of freedom, and its \
+         equations do not have this choice; leave it at its default"
     )]
     NotOfSixDof {
         /// The parameter.
@@ -34,25 +34,24 @@ pub enum Error {
         /// The vehicle.
         vehicle: String,
     },
-    /// Thrust is asked for, and the vehicle has none.
+    /// Thrust is set for a vehicle without propulsion.
     #[error(
-        "parameter 'propulsion': thrust refused: vehicle '{0}' has no propulsion, its speed \
-         can only be held"
+        "parameter 'propulsion': thrust refused: vehicle '{0}' has no propulsion, only a held speed"
     )]
     NoPropulsion(String),
-    /// Waves that no filter shapes.
+    /// No filter exists for these waves.
     #[error("environment.seaway refused: {0}")]
     Seaway(planesman_linear::Error),
-    /// A frame prefix of other characters, shown escaped.
+    /// The frame prefix has characters that are not allowed; shown escaped.
     #[error("parameter 'frame_prefix': '{0}' refused: at most 100 letters, digits, '_' and '/'")]
     FramePrefix(String),
-    /// A live change of what cannot change.
+    /// A fixed parameter was changed at run time.
     #[error("parameters 'vehicle', 'tick' and 'step' are fixed at the start")]
     Fixed,
-    /// A share of thrust beyond all of it.
-    #[error("thrust {0} refused: a share of full thrust lies in [-1, 1]")]
+    /// The thrust exceeds full thrust.
+    #[error("thrust {0} refused: it must be in [-1, 1], as a share of full thrust")]
     Thrust(f64),
-    /// Thrusters' names and commands that are not as many.
+    /// The numbers of names and commands differ.
     #[error("thruster_command refused: {names} names and {commands} commands")]
     Commands {
         /// Of `name`.
@@ -60,7 +59,7 @@ pub enum Error {
         /// Of `command`.
         commands: usize,
     },
-    /// A vehicle of six degrees that begins in the ground.
+    /// The initial depth of a vehicle with six degrees of freedom is below the bottom.
     #[error("parameter 'initial_depth': {depth} m refused: 'environment.bottom' is at {bottom} m")]
     InTheGround {
         /// `initial_depth` \[m\].
@@ -68,45 +67,47 @@ pub enum Error {
         /// `environment.bottom` \[m\].
         bottom: f64,
     },
-    /// A command to the thrusters of a vehicle without.
+    /// The vehicle has no thrusters.
     #[error(
-        "thruster_command refused: vehicle '{0}' has no thrusters; 'hover.vehicle' of depth_controller has to be plant_sim's 'vehicle'"
+        "thruster_command refused: vehicle '{0}' has no thrusters; 'hover.vehicle' of \
+         depth_controller must equal plant_sim's 'vehicle'"
     )]
     NoThrusters(String),
-    /// A thruster that the vehicle does not have.
-    #[error("thruster_command refused: '{name}' is none of the thrusters: {names}")]
+    /// The vehicle has no thruster of this name.
+    #[error("unknown thruster '{name}' in thruster_command; known: {names}")]
     Thruster {
         /// Its name, escaped.
         name: String,
         /// The vehicle's.
         names: String,
     },
-    /// A command beyond all of it.
-    #[error("thruster_command refused: {0} is no share of full command, in [-1, 1]")]
+    /// The command exceeds full command.
+    #[error("thruster_command refused: {0} must be in [-1, 1], as a share of full command")]
     Command(f64),
-    /// The dive planes' motion.
+    /// The motion of the dive planes is refused.
     #[error(transparent)]
     DivePlanes(#[from] MotionError),
-    /// Another motion, by its name.
+    /// Another motion, with its name, is refused.
     #[error("{0}: {1}")]
     Motion(&'static str, MotionError),
-    /// A law of pitch damping that is linear lets the vehicle turn faster than its drag would.
+    /// A linear law of pitch damping lets the vehicle turn faster than its quadratic drag would.
     #[error(
-        "step refused: pitch would turn at {pitch_rate:.3} rad/s at {speed:.3} m/s, faster than speed, planes and waves can turn it \
-         against its drag N |q| q: pitch_damping '{law}' is linear about {rate} rad/s (pitch_damping_rate) and damps too little so \
-         far above it; set pitch_damping to quadratic or coefficient"
+        "step refused: pitch would turn at {pitch_rate:.3} rad/s at {speed:.3} m/s, faster than \
+         speed, planes and waves can turn it against its drag N |q| q. pitch_damping '{law}' is \
+         linear about {rate} rad/s (pitch_damping_rate) and damps too little at this rate; set \
+         pitch_damping to quadratic or coefficient"
     )]
     Damping {
         /// Its name.
         law: &'static str,
-        /// The rate \[rad/s\] about which it is linear.
+        /// Rate \[rad/s\] about which the law is linear.
         rate: f64,
-        /// Where pitch would have gone \[rad/s\].
+        /// Pitch rate that the step would have given \[rad/s\].
         pitch_rate: f64,
         /// \[m/s\]
         speed: f64,
     },
-    /// The vehicle's numbers left their range.
+    /// The vehicle's state left its allowed range.
     #[error(transparent)]
     Diverged(#[from] Diverged),
 }

@@ -1,4 +1,4 @@
-//! Stamps, frames and numbers as the messages have them.
+//! Stamps, frames and covariances of the messages.
 
 use planesman_msgs::{
     builtin_interfaces::msg::Time,
@@ -8,7 +8,7 @@ use planesman_msgs::{
 
 use crate::description;
 
-/// Stamp and frames common to the messages of one tick.
+/// Stamp and frame prefix of all messages of one tick.
 pub(crate) struct Frames<'a> {
     pub(crate) stamp: Time,
     pub(crate) prefix: &'a str,
@@ -49,8 +49,8 @@ pub(crate) fn quaternion([x, y, z, w]: [f64; 4]) -> Quaternion {
     Quaternion { x, y, z, w }
 }
 
-/// The variance of each number of the true state: the least that `robot_localization` takes as it is. Of variances of 0 its filter
-/// would have no inverse.
+/// Variance of each component of the true state: the smallest value that `robot_localization` accepts unchanged. Variances of 0 would make
+/// its filter's matrices singular.
 pub(crate) const TRUTH: f64 = 1e-9;
 
 /// The 6 x 6 covariance of the true state.
@@ -58,7 +58,7 @@ pub(crate) fn truth() -> [f64; 36] {
     std::array::from_fn(|i| if i % 7 == 0 { TRUTH } else { 0.0 })
 }
 
-/// The 3 x 3 covariance of three channels with these deviations and nothing in common.
+/// The 3 x 3 covariance of three independent channels with these standard deviations.
 pub(crate) fn diagonal(deviations: [f64; 3]) -> [f64; 9] {
     let mut covariance = [0.0; 9];
     for (i, deviation) in deviations.iter().enumerate() {

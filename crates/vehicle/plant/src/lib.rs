@@ -1,13 +1,14 @@
 //! The vehicle simulated tick by tick, its sensors, and their messages.
 //!
-//! - `core`: messages in, messages out, one tick at a time: [`Plant`], [`Observation`], [`Instruments`], [`Pose`].
-//! - [`PlantParameters`]: the declared parameters; `settings`: the same as the models' own types.
-//! - [`Answers`]: what a tick is flown on, and when it is over.
-//! - [`VehicleModel`]: the vehicle, of the plane or of six degrees, and its equations.
-//! - `sensors`: [`gyro`], accelerometers, [`pressure_cell`], [`plane_signal`], their errors and their volts.
-//! - `odometry`, `frames`, `messages`, `navigation_messages`: the state in ROS frames (REP 103, REP 105), and as messages. [`robot_description`]: the vehicle's URDF. [`Outline`]: the same as lines.
+//! - `core`: messages in, messages out, tick by tick: [`Plant`], [`Observation`], [`Instruments`], [`Pose`].
+//! - [`PlantParameters`]: the declared parameters; `settings`: the same in the models' types.
+//! - [`Answers`]: the answers that a tick waits for or uses.
+//! - [`VehicleModel`]: the vehicle, of the vertical plane or with six degrees of freedom, and its equations.
+//! - `sensors`: [`gyro`], accelerometers, [`pressure_cell`], [`plane_signal`], with their errors and voltages.
+//! - `odometry`, `frames`, `messages`, `navigation_messages`: the state in ROS frames (REP 103, REP 105) and as messages.
+//!   [`robot_description`]: URDF of the vehicle. [`Outline`]: the vehicle as lines.
 //!
-//! The equations of motion are those of [`planesman_vehicle`].
+//! [`planesman_vehicle`] has the equations of motion.
 
 mod answers;
 mod core;

@@ -1,4 +1,4 @@
-//! The plant's messages: the output of the models in the frames and fields of its topics.
+//! The plant's messages: the models' output in the frames and fields of its topics.
 
 use planesman_msgs::{
     builtin_interfaces::msg::Time,
@@ -44,7 +44,7 @@ impl Frames<'_> {
         }
     }
 
-    /// Where the body is, and where its parts are, each with the angle of its planes \[rad\].
+    /// Transforms of the body and of its moving parts; each part has the angle of its planes \[rad\].
     pub(crate) fn transforms(
         &self,
         odometry: &odometry::Odometry,
@@ -79,8 +79,8 @@ impl Frames<'_> {
         }
     }
 
-    /// The frames whose z points down beside those whose z points up: the same turned about x by half a turn. With `map_to_odom`
-    /// also REP 105's `map`, where `odom` is. And the frames of the thrusters, and of the instruments that have one.
+    /// The fixed transforms between frames with z up and those with z down: half a turn about x. With `map_to_odom` also from REP 105's
+    /// `map` to `odom`, which coincide. Also the frames of the thrusters, and of instruments with a frame of their own.
     pub(crate) fn fixed_transforms(
         &self,
         map_to_odom: bool,
@@ -120,7 +120,8 @@ impl Frames<'_> {
         }
     }
 
-    /// Gyros and accelerometers give no orientation: covariance -1, as `sensor_msgs/Imu` says. An attitude reference does.
+    /// Gyros and accelerometers give no orientation: its covariance is -1, as `sensor_msgs/Imu` specifies. With an attitude reference the
+    /// orientation is filled in.
     pub(crate) fn imu(&self, readings: &Readings, sensors: &Sensors) -> Imu {
         let mut no_orientation = [0.0; 9];
         no_orientation[0] = -1.0;
@@ -170,39 +171,39 @@ impl Frames<'_> {
     }
 }
 
-/// The turn about y, to the left, by an angle \[rad\].
+/// Rotation about y, to the left, by an angle \[rad\].
 fn about_y(angle: f64) -> Quaternion {
     let (sin, cos) = libm::sincos(0.5 * angle);
     quaternion([0.0, sin, 0.0, cos])
 }
 
-/// The turn about z, to port, by an angle \[rad\].
+/// Rotation about z, to port, by an angle \[rad\].
 fn about_z(angle: f64) -> Quaternion {
     let (sin, cos) = libm::sincos(0.5 * angle);
     quaternion([0.0, 0.0, sin, cos])
 }
 
-/// What the instruments read.
+/// Readings of the instruments.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Instruments {
     /// Rate gyros and accelerometers.
     pub imu: Imu,
     /// Absolute pressure at the depth port.
     pub depth_pressure: FluidPressure,
-    /// Stagnation less static pressure. `FluidPressure` says absolute, but no standard message is a differential pressure; MAVROS
-    /// has its airspeed sensor's (`diff_pressure`) in this one, too.
+    /// Stagnation pressure less static pressure. `FluidPressure` is meant for absolute pressure, but no standard message exists for a
+    /// differential pressure; MAVROS uses it for its airspeed sensor (`diff_pressure`) too.
     pub speed_pressure: FluidPressure,
-    /// The volts on the report's wires.
+    /// Voltages of the report's channels.
     pub daq: DaqSample,
-    /// Of those that are off by default.
+    /// Messages of the navigation instruments, which are off by default.
     pub navigation: NavigationMessages,
 }
 
 impl Instruments {
-    /// Hands each message to `sink`.
+    /// Sends each message to `sink`.
     ///
     /// # Errors
-    /// When the sink cannot keep one.
+    /// If the sink cannot store a message.
     pub fn put_into<S: Sink>(&self, stamp: &Time, sink: &mut S) -> Result<(), S::Error> {
         sink.put("imu", stamp, &self.imu)?;
         sink.put("depth_pressure", stamp, &self.depth_pressure)?;
@@ -211,7 +212,7 @@ impl Instruments {
         self.navigation.put_into(stamp, sink)
     }
 
-    /// One message of each topic that is published at some time, to open their publishers by.
+    /// One message of each topic of an enabled instrument, for the creation of publishers.
     pub(crate) fn of_all_that_are_on(sensors: &Sensors) -> Self {
         Self {
             navigation: NavigationMessages::of_all_that_are_on(&sensors.navigation),
@@ -219,7 +220,7 @@ impl Instruments {
         }
     }
 
-    /// The readings as messages.
+    /// Converts the readings to messages.
     pub(crate) fn new(frames: &Frames<'_>, readings: &Readings, sensors: &Sensors) -> Self {
         Self {
             imu: frames.imu(readings, sensors),

@@ -1,4 +1,4 @@
-//! The messages of the instruments that a vehicle finds its way by.
+//! Messages of the navigation instruments.
 
 use planesman_msgs::{
     builtin_interfaces::msg::Time,
@@ -17,33 +17,33 @@ use crate::{
     },
 };
 
-/// The frame of the altitude: its x axis points downwards in the body, as `sensor_msgs/Range` has it.
+/// Frame of the altitude: its x axis points downwards in the body, as `sensor_msgs/Range` requires.
 const ALTIMETER: &str = "altimeter";
-/// The frame of the satellite receiver's antenna.
+/// Frame of the satellite receiver's antenna.
 const GPS: &str = "gps";
 
-/// The variance of what is not measured in a message without a word for that.
+/// Variance for components without a measurement, in messages that have no value for "unknown".
 const UNKNOWN: f64 = 1e6;
 
-/// What these instruments read in a tick; `None` of one that is off, or has nothing to say.
+/// Readings of these instruments in a tick; `None` for an instrument that is off or has no measurement.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NavigationMessages {
-    /// The Doppler log's velocity over ground, with bottom lock.
+    /// Velocity over ground of the Doppler log, with bottom lock.
     pub dvl: Option<TwistWithCovarianceStamped>,
-    /// Its velocity through the water, without.
+    /// Its velocity through the water, without bottom lock.
     pub dvl_water: Option<TwistWithCovarianceStamped>,
     /// Its distance to the bottom, with bottom lock.
     pub altitude: Option<Range>,
-    /// The earth's field and the vehicle's own.
+    /// Earth's field and the vehicle's own field.
     pub magnetic_field: Option<MagneticField>,
-    /// The place of the antenna, or that there is no fix.
+    /// Position of the antenna, or the status "no fix".
     pub gps: Option<NavSatFix>,
-    /// The position that the ultra-short baseline has sent, stamped when it was valid.
+    /// Position sent by the ultra-short baseline, stamped with its time of validity.
     pub usbl: Option<PoseWithCovarianceStamped>,
 }
 
 impl NavigationMessages {
-    /// One message of each topic that is published at some time.
+    /// One message of each topic of an enabled instrument.
     pub(crate) fn of_all_that_are_on(navigation: &Navigation) -> Self {
         fn on<M: Default>(rate: f64) -> Option<M> {
             (rate > 0.0).then(M::default)
@@ -102,7 +102,7 @@ impl NavigationMessages {
     }
 }
 
-/// The frames of these instruments beside the body's, where they are on: name, place in `base_link` \[m\] and quaternion (x, y, z, w).
+/// Frames of the enabled instruments: name, position in `base_link` \[m\] and quaternion (x, y, z, w).
 pub(crate) fn mounts(navigation: &Navigation) -> Vec<(&'static str, [f64; 3], [f64; 4])> {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let altimeter = (ALTIMETER, [0.0; 3], [0.0, half, 0.0, half]);
@@ -187,12 +187,12 @@ impl Frames<'_> {
     }
 }
 
-/// A deviation that a filter can take: of the truth that of `odom`.
+/// A standard deviation that a filter accepts; for a true value the one of `odom`.
 pub(crate) fn known(deviation: f64) -> f64 {
     deviation.max(TRUTH.sqrt())
 }
 
-/// The 6 x 6 covariance of three numbers with these deviations, and three that are not measured.
+/// The 6 x 6 covariance of three measured components with these standard deviations, and three that are not measured.
 fn of_the_first_three(deviations: [f64; 3]) -> [f64; 36] {
     let mut covariance = [0.0; 36];
     for (i, deviation) in deviations.into_iter().enumerate() {

@@ -1,21 +1,20 @@
 //! The state in ROS frames.
 //!
-//! Here: depth down, pitch bow up, yaw to starboard, frames forward, right, down. ROS (REP 103,
-//! REP 105): `odom` with x forward along the initial heading, y left and z up, its origin at the surface;
-//! `base_link` forward, left, up. Both are the same turned about x by half a turn, so y and z of every
-//! vector change their sign, those of the quaternion too:
+//! In the models: depth down, pitch bow up, yaw to starboard, frames forward, right, down. ROS (REP 103, REP 105): `odom` with x forward
+//! along the initial heading, y left and z up, its origin at the surface; `base_link` forward, left, up. The two differ by half a turn
+//! about x, so y and z of every vector change their sign, also those of the quaternion:
 //!
 //! ```text
 //! position (x, -y, -z)     orientation (q_x, -q_y, -q_z, q_w)
 //! velocity (u, -v, -w)     angular velocity (p, -q, -r)
 //! ```
 //!
-//! The velocity is over ground, the current's with it; without roll, turn and current it is
-//! `(U, 0, -w)` and the angular velocity `(0, -q, 0)`.
+//! The velocity is over ground and includes the current. Without roll, turn and current it is `(U, 0, -w)`, and the angular velocity is
+//! `(0, -q, 0)`.
 
 use planesman_vehicle::{Body, six_dof::rotation};
 
-/// Where `base_link` is in `odom`, and its velocity in `base_link`.
+/// Pose of `base_link` in `odom`, and its velocity in `base_link`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Odometry {
     /// In `odom` \[m\].
@@ -37,7 +36,7 @@ impl Default for Odometry {
 }
 
 impl Odometry {
-    /// At the origin of `odom`, in its axes.
+    /// At rest at the origin of `odom`, parallel to its axes.
     pub(crate) const AT_REST: Self = Self {
         position: [0.0; 3],
         orientation: [0.0, 0.0, 0.0, 1.0],
@@ -46,22 +45,21 @@ impl Odometry {
         angular_velocity: [0.0; 3],
     };
 
-    /// A vector of `base_link` in `odom`.
+    /// Rotates a vector from `base_link` to `odom`.
     #[must_use]
     pub(crate) fn to_odom(self, v: [f64; 3]) -> [f64; 3] {
         let [x, y, z, w] = self.orientation;
         rotation::to_fixed(&rotation::matrix([w, x, y, z]), v)
     }
 
-    /// A vector of `odom` in `base_link`.
+    /// Rotates a vector from `odom` to `base_link`.
     #[must_use]
     pub(crate) fn to_body(self, v: [f64; 3]) -> [f64; 3] {
         let [x, y, z, w] = self.orientation;
         rotation::to_body(&rotation::matrix([w, x, y, z]), v)
     }
 
-    /// The state in ROS frames; `current` \[m/s\] is the water's velocity, forward, right, down in
-    /// the fixed frame.
+    /// Converts the state to ROS frames; `current` \[m/s\] is the water's velocity, forward, right, down in the fixed frame.
     #[must_use]
     pub(crate) fn new(body: &Body, current: [f64; 3]) -> Self {
         let attitude = body.attitude();
@@ -78,17 +76,17 @@ impl Odometry {
     }
 }
 
-/// Forward, right, down to forward, left, up. (`0 - y`, not `-y`: no negative zero.)
+/// Converts forward, right, down to forward, left, up. (`0 - y` instead of `-y` avoids a negative zero.)
 fn up([x, y, z]: [f64; 3]) -> [f64; 3] {
     [x, 0.0 - y, -z]
 }
 
-/// The same of rates, whose right-hand share is the one seldom zero.
+/// The same for rates; the third component is the one seldom zero.
 fn up_rates([p, q, r]: [f64; 3]) -> [f64; 3] {
     [p, -q, 0.0 - r]
 }
 
-/// The same angle in `[-pi, pi]`.
+/// The equivalent angle in `[-pi, pi]`.
 #[must_use]
 pub(crate) fn wrapped(angle: f64) -> f64 {
     use std::f64::consts::{PI, TAU};

@@ -1,4 +1,4 @@
-//! The vehicle as lines, for pictures.
+//! The vehicle as lines, for drawings.
 
 use std::f64::consts::TAU;
 
@@ -7,18 +7,18 @@ use crate::description::{self, Driver, Extent, Motion};
 use crate::error::Error;
 use crate::parameters::PlantParameters;
 
-/// Hull, planes and thrusters as lines: places forward, starboard, down from the body's origin \[m\].
+/// Hull, planes and thrusters as lines, each a list of points forward, starboard, down from the body's origin \[m\].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outline {
-    /// Each drawn through its places.
+    /// Polylines, each through its points.
     pub lines: Vec<Vec<[f64; 3]>>,
 }
 
-/// Corners of a ring about the hull.
+/// Number of corners of a ring about the hull.
 const CORNERS: u32 = 16;
 
 impl Outline {
-    /// Of the vehicle that the parameters name.
+    /// Returns the outline of the vehicle that the parameters name.
     ///
     /// # Errors
     /// As [`VehicleModel::load`].

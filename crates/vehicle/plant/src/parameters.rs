@@ -352,7 +352,7 @@ pub enum Propulsion {
     Thrust,
 }
 
-/// The restoring moment over pitch.
+/// Law of the restoring moment over pitch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
 pub enum RestoringMoment {
     /// `sin(theta)`: hydrostatics.
@@ -363,7 +363,7 @@ pub enum RestoringMoment {
     None,
 }
 
-/// The law of the pitch damping.
+/// Law of the pitch damping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
 pub enum DampingLaw {
     /// The vehicle's `M'q`.
@@ -376,7 +376,7 @@ pub enum DampingLaw {
     Quadratic,
 }
 
-/// The calibration of the rate gyros.
+/// Calibration of the rate gyros.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
 pub enum GyroCalibration {
     /// The swing test (p. 75).
@@ -387,10 +387,10 @@ pub enum GyroCalibration {
     PreliminaryLow,
 }
 
-/// The conditioning of the pitch-rate channel.
+/// Conditioning of the pitch-rate channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
 pub enum Filter {
-    /// None, as digitised.
+    /// None, as digitized.
     None,
     /// `s/(s + k)`.
     HighPass,
@@ -400,18 +400,18 @@ pub enum Filter {
     DeadBand,
 }
 
-/// The clock that the ticks follow.
+/// Source of the ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
 pub enum TimeSource {
     /// The wall clock times the factor.
     Real,
-    /// Each tick waits for the answers of the loop.
+    /// Each tick waits for the loop's answers.
     Lockstep,
     /// `/clock`.
     External,
 }
 
-/// The instruments that the parameters describe.
+/// The instruments with the settings from the parameters.
 #[must_use]
 pub(crate) fn sensors_of(parameters: &PlantParameters) -> Sensors {
     let PlantParameters {

@@ -1,4 +1,4 @@
-//! The parameters, checked and in the models' own types: what a [`Plant`](crate::core::Plant) flies by.
+//! The checked parameters in the models' own types, which a [`Plant`](crate::core::Plant) uses.
 
 use planesman_parameters::Choice as _;
 use planesman_vehicle::{
@@ -19,11 +19,11 @@ use crate::{
 pub(crate) struct Settings {
     pub(crate) equations: Equations,
     pub(crate) environment: Environment,
-    /// The waves and their filter over a tick; `None`: it is calm.
+    /// Waves and their filter over a tick; `None` in calm water.
     pub(crate) seaway: Option<(Seaway, ShapingFilter)>,
     pub(crate) sensors: Sensors,
     pub(crate) initial: Body,
-    /// Where pitch damping is a straight line in place of the drag `N |q| q`: that drag.
+    /// The drag `N |q| q`, if pitch damping uses a straight line instead of it.
     pub(crate) drag: Option<Drag>,
     pub(crate) seed: u64,
     pub(crate) tick_nanos: i64,
@@ -75,13 +75,13 @@ impl Settings {
         })
     }
 
-    /// The settings that cannot change once the plant is made.
+    /// Settings that are fixed after creation.
     pub(crate) fn fixed(&self) -> (&str, i64, u32) {
         (&self.vehicle, self.tick_nanos, self.steps)
     }
 }
 
-/// The equations of a vehicle of the plane.
+/// Equations of a vehicle of the vertical plane.
 fn of_the_plane(
     parameters: &PlantParameters,
     vehicle: &Vehicle,
@@ -114,7 +114,7 @@ fn of_the_plane(
     })
 }
 
-/// The equations of a vehicle of six degrees.
+/// Equations of a vehicle with six degrees of freedom.
 fn of_six_degrees(
     parameters: &PlantParameters,
     tick: &Tick,
@@ -157,20 +157,19 @@ fn of_six_degrees(
     })))
 }
 
-/// The drag `N |q| q` behind a law that is linear about one pitch rate.
+/// The drag `N |q| q` replaced by a law that is linear about one pitch rate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Drag {
     /// `N` \[N m s^2/rad^2\]
     viscous: f64,
     /// \[rad/s\]
     pub(crate) rate: f64,
-    /// The law's name.
+    /// Name of the law.
     pub(crate) law: &'static str,
 }
 
 impl Drag {
-    /// What can give heave and pitch energy against the drag: speed, planes, weight and waves about the state and the inputs
-    /// of a tick.
+    /// Sources of heave and pitch energy against the drag: speed, planes, weight and waves at the state and inputs of a tick.
     pub(crate) fn supply(
         &self,
         motion: &BodyMotion,
@@ -207,7 +206,7 @@ impl Drag {
     }
 }
 
-/// At most such a force \[N\] and moment \[N m\] on a hull.
+/// Upper bounds of the force \[N\] and moment \[N m\] on a hull.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Supply {
     derivatives: Derivatives,
@@ -216,13 +215,13 @@ pub(crate) struct Supply {
 }
 
 impl Supply {
-    /// The most kinetic energy of heave and pitch \[J\] that it can give.
+    /// Upper bound of the resulting kinetic energy of heave and pitch \[J\].
     pub(crate) fn most_energy(&self) -> f64 {
         self.derivatives
             .most_kinetic_energy(self.force, self.moment)
     }
 
-    /// Whether it gives no more than another: the energy grows with force and moment.
+    /// Whether its bound is not above that of another; the energy grows with force and moment.
     pub(crate) fn is_within(&self, other: &Self) -> bool {
         self.force <= other.force
             && self.moment <= other.moment
@@ -240,7 +239,7 @@ fn drag(parameters: &PlantParameters) -> Option<Drag> {
     })
 }
 
-/// The vehicle's derivatives at the speed and in the variant that the parameters ask for.
+/// Derivatives of the vehicle at the speed and in the variant of the parameters.
 #[must_use]
 pub fn derivatives(parameters: &PlantParameters, craft: &VehicleModel) -> Derivatives {
     variant(parameters).apply(craft::derivatives(craft, parameters.speed))
@@ -262,7 +261,7 @@ fn variant(parameters: &PlantParameters) -> Variant {
     }
 }
 
-/// Thrust and drag, when the speed is not held.
+/// Thrust and drag; `None` if the speed is held.
 fn drive(
     propulsion: Propulsion,
     vehicle: &Vehicle,
@@ -281,7 +280,7 @@ fn drive(
     }))
 }
 
-/// The waves asked for; `None` when it is calm.
+/// Waves of the parameters; `None` in calm water.
 fn seaway(waves: &parameters::Seaway, tick: f64) -> Result<Option<(Seaway, ShapingFilter)>, Error> {
     let seaway = Seaway {
         force: waves.force,

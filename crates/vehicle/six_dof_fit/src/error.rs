@@ -1,60 +1,63 @@
-//! Why there is no vehicle.
+//! Reasons why no vehicle can be fitted.
 
 use planesman_fit::FitError;
 use planesman_text::{option, setting};
 use planesman_vehicle::six_dof::FileError;
 
-/// Why there is no vehicle.
+/// Reasons why no vehicle can be fitted.
 #[derive(Debug, thiserror::Error)]
 pub enum SixDofError {
-    /// A vehicle that is refused.
+    /// The vehicle file is invalid.
     #[error(transparent)]
     Vehicle(#[from] FileError),
-    /// Options that do not go together, data that cannot be read.
+    /// Conflicting options, or data that cannot be read.
     #[error(transparent)]
     Data(#[from] FitError),
-    /// A word that names nothing of a vehicle.
-    #[error("{}: it names none of {names}", setting(option, word))]
+    /// A word that matches no number of the vehicle.
+    #[error("{}: no such name; known: {names}", setting(option, word))]
     NoNumber {
         /// The option.
         option: &'static str,
         /// The word.
         word: String,
-        /// What there is.
+        /// The known names.
         names: String,
     },
-    /// Every number stays.
+    /// No number is left to estimate.
     #[error(
-        "no number is sought: {} takes all of them, or {} names numbers that are 0",
+        "no number is estimated: {} excludes all of them, or {} names only numbers that are 0",
         option("fixed"),
         option("free")
     )]
     NothingSought,
-    /// A recording without motion.
+    /// The recording has no signal of the motion.
     #[error(
-        "no signal of the motion is found ({}): name them, {}; planesman sysid topics lists the signals", .0, setting("signal", "u=SIGNAL"))]
+        "no signal of the motion is found ({}): name the signals, {}; planesman sysid topics \
+         lists them", .0, setting("signal", "u=SIGNAL"))]
     NoMotion(String),
-    /// Several topics of odometry, none of which is called odom.
+    /// Several topics have odometry, and none is called odom.
     #[error(
         "several topics have odometry ({}): name the signals, {}", .0, setting("signal", "u=TOPIC:twist.twist.linear.x"))]
     Odometry(String),
-    /// Angles that are none in rad.
-    #[error("{0}: beyond a whole turn; angles are in rad, convert degrees first")]
+    /// Angles that cannot be in rad.
+    #[error("{0}: beyond a whole turn; angles must be in rad, so convert degrees first")]
     Degrees(&'static str),
     /// Hardly more samples than unknowns.
     #[error(
-        "{samples} samples for {unknown} unknowns, initial states among them: record longer, or seek fewer numbers, {}",
+        "{samples} samples for {unknown} unknowns, including initial states: record longer, or \
+         estimate fewer numbers, {}",
         setting("free", "NAME,...")
     )]
     FewSamples {
-        /// Samples of all signals.
+        /// Number of samples of all signals.
         samples: usize,
         /// Unknowns.
         unknown: usize,
     },
-    /// A search without a finite start.
+    /// The search has no finite start.
     #[error(
-        "the motion of '{}' does not stay finite over a window of the recording: look at its signals and their signs, or make {} shorter", .0, option("horizon"))]
+        "the motion of '{}' diverges within a window of the recording: check its signals and \
+         their signs, or make {} shorter", .0, option("horizon"))]
     Diverges(String),
 }
 

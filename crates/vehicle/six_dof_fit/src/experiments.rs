@@ -1,8 +1,8 @@
-//! The next run: manoeuvres simulated with the fitted vehicle, and what each would add to what the data says.
+//! Proposes the next run: manoeuvres are simulated with the fitted vehicle, and the information that each would add is computed.
 //!
-//! A run of its own has a current and an initial state of its own; numbers and biases are the same. With the information H of the data and that of
-//! a manoeuvre, both without what is not common, the covariance after it is `(H + H_m + 1/prior^2)^-1`: Goodwin and Payne, *Dynamic System
-//! Identification: Experiment Design and Data Analysis* (1977), ch. 6.
+//! A separate run has its own current and initial state; numbers and biases are the same. With the information H of the data and that of a
+//! manoeuvre, both after elimination of the unknowns that are not common, the resulting covariance is `(H + H_m + 1/prior^2)^-1`: Goodwin
+//! and Payne, *Dynamic System Identification: Experiment Design and Data Analysis* (1977), ch. 6.
 
 use nalgebra::{DMatrix, DVector};
 use planesman_equations::{Run, Track};
@@ -13,51 +13,51 @@ use serde::Serialize;
 
 use super::problem::{Problem, Window};
 
-/// How long a manoeuvre takes, and when it begins \[s\].
+/// Duration of a manoeuvre, and its beginning \[s\].
 const LENGTH: f64 = 60.0;
 const BEGIN: f64 = 5.0;
-/// Time between two steps of a simulation \[s\].
+/// Step of a simulation \[s\].
 const STEP: f64 = 0.05;
-/// A manoeuvre that pitches farther is not proposed \[rad\].
+/// Manoeuvres with more pitch are not proposed \[rad\].
 const STEEPEST: f64 = 1.0;
-/// Inputs of which two are moved at once: of more, one alone.
+/// Up to this number of inputs, two are also moved together.
 const PAIRS: usize = 4;
-/// An interval is reduced when it becomes this much shorter.
+/// An interval counts as reduced if it becomes this much shorter.
 const SHORTER: f64 = 0.8;
 /// Angle of fins \[rad\], and command of a thruster.
 const ANGLE: f64 = 10.0 * std::f64::consts::PI / 180.0;
 const COMMAND: f64 = 0.4;
 
-/// What a manoeuvre is expected to do for a number: half the 95 % interval, relative to the number.
+/// The expected effect of a manoeuvre on a number: half the 95 % interval, relative to the number.
 #[derive(Clone, Debug, Serialize)]
 pub struct Expected {
     /// The number.
     pub name: String,
-    /// By the data that is there.
+    /// From the present data.
     pub before: f64,
     /// With the manoeuvre.
     pub after: f64,
-    /// The manoeuvre, in words; `None` when none of the library makes the interval shorter by a fifth.
+    /// The manoeuvre as text; `None` if none of the library shortens the interval by a fifth.
     pub manoeuvre: Option<String>,
 }
 
-/// The manoeuvre that makes the largest interval smallest.
+/// The manoeuvre that minimises the largest interval.
 #[derive(Clone, Debug, Serialize)]
 pub struct NextRun {
     /// In words.
     pub manoeuvre: String,
-    /// The largest intervals before and after it, each with its number, of those that some manoeuvre makes shorter.
+    /// The largest intervals before and after it, each with its number, among those that some manoeuvre shortens.
     pub largest: [(String, f64); 2],
-    /// How far it dives and rises \[m\], down positive.
+    /// Change of depth, upwards and downwards \[m\], positive down.
     pub depths: [f64; 2],
-    /// Manoeuvres that were compared.
+    /// Number of manoeuvres compared.
     pub compared: usize,
 }
 
-/// A manoeuvre of the library: in words, and its steps with the inputs held.
+/// A manoeuvre of the library: its text, and its steps with constant inputs.
 type Manoeuvre = (String, Vec<(f64, Vec<f64>)>);
 
-/// A shape: its name, and its level, -1 to 1, so many seconds after its begin.
+/// A shape: its name, and its level, -1 to 1, as a function of the seconds since its beginning.
 type Shape = (&'static str, fn(f64) -> f64);
 
 const SHAPES: [Shape; 5] = [
@@ -81,7 +81,7 @@ fn square(t: f64, half: f64) -> f64 {
     }
 }
 
-/// How far an input is moved, with the words for it; beyond its limits it does nothing.
+/// The amplitude of an input, with its text; limited to the input's range.
 fn amplitude(vehicle: &Vehicle, input: usize, base: f64) -> Option<(f64, String)> {
     let parts = vehicle.parts();
     let is_angle = parts.fins.iter().any(|it| it.input == input)
@@ -105,7 +105,7 @@ fn amplitude(vehicle: &Vehicle, input: usize, base: f64) -> Option<(f64, String)
     })
 }
 
-/// Each shape of each input about `base`, and of few inputs two at once.
+/// Each shape of each input about `base`; with few inputs also two together.
 fn library(vehicle: &Vehicle, base: &[f64]) -> Vec<Manoeuvre> {
     let names = &vehicle.parts().inputs;
     let movable = (0..names.len()).filter_map(|k| Some((k, amplitude(vehicle, k, base[k])?)));
@@ -141,7 +141,7 @@ fn library(vehicle: &Vehicle, base: &[f64]) -> Vec<Manoeuvre> {
     all
 }
 
-/// The means of the inputs, a start of straight motion at the mean of the speed, and the shortest interval between samples \[s\].
+/// The means of the inputs, an initial state of straight motion at the mean speed, and the shortest interval between samples \[s\].
 fn usual(runs: &[Run], channels: &[usize]) -> (Vec<f64>, [f64; 12], f64) {
     let mean = |of: &dyn Fn(&Run) -> Option<&Track>| {
         let values = runs.iter().filter_map(of).flat_map(|it| &it.values);
@@ -167,7 +167,7 @@ fn usual(runs: &[Run], channels: &[usize]) -> (Vec<f64>, [f64; 12], f64) {
     )
 }
 
-/// An information without a part that is not common, known to so much beforehand.
+/// An information matrix after elimination of a part that is not common, with its prior.
 fn without(
     information: &DMatrix<f64>,
     part: std::ops::Range<usize>,
@@ -186,7 +186,8 @@ fn without(
     Some(rest.remove_rows(part.start, part.len())).filter(|it| it.iter().all(|it| it.is_finite()))
 }
 
-/// What the data does not determine within `bound`, by the relative intervals `before`, with the manoeuvre that would do most for it; and the next run.
+/// The numbers that the data does not determine within `bound`, from the relative intervals `before`, each with its best manoeuvre; and the
+/// next run.
 pub(super) fn experiments(
     problem: &Problem<'_>,
     globals: &[f64],

@@ -1,4 +1,4 @@
-//! Whether a recording agrees with itself: each pose against the velocities that move it (Fossen 2021, eq. 2.40).
+//! Checks the consistency of a recording: each pose against the velocities that move it (Fossen 2021, eq. 2.40).
 //!
 //! ```text
 //! (north, east, depth)' = R(roll, pitch, yaw) (u, v, w)
@@ -13,26 +13,26 @@ use serde::Serialize;
 
 use crate::problem::{SIGNALS, apart};
 
-/// What each pose needs beside the velocity; the others are taken as 0 where they are not recorded.
+/// The signals that each pose needs in addition to the velocity; others count as 0 if not recorded.
 const NEEDED: [&[usize]; 6] = [&[6, 5], &[6, 5], &[6, 8, 4], &[9], &[10], &[11]];
-/// Increments are taken over so long \[s\], and at least over so many samples.
+/// Increments are computed over this time \[s\], and at least this number of samples.
 const SPAN: f64 = 0.5;
 const STEPS: usize = 5;
-/// Samples of the grid at most.
+/// Maximum number of samples of the grid.
 const SAMPLES: usize = 5000;
 /// The share of the pose's increments that the velocities must explain for their ratio to count.
 const EXPLAINED: f64 = 0.5;
-/// Ratios between these agree.
+/// Ratios in this range agree.
 const AGREES: std::ops::Range<f64> = 0.7..1.4;
-/// A ratio this near, relatively, to that of degrees and radians is one.
+/// A ratio this near, relatively, to that of degrees and radians counts as it.
 const NEAR: f64 = 0.2;
 
-/// A pose that moves otherwise than its velocities say.
+/// A pose that does not agree with its velocities.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Contradiction {
     /// The pose, one of [`SIGNALS`].
     pub signal: &'static str,
-    /// Its increments over those that follow from the velocities.
+    /// Its increments over those computed from the velocities.
     pub ratio: f64,
 }
 
@@ -42,7 +42,7 @@ impl fmt::Display for Contradiction {
         let is = |of: f64| (ratio.abs() / of - 1.0).abs() < NEAR;
         write!(
             f,
-            "{signal} moves {ratio:.3} times as the velocities and the attitude say"
+            "{signal} moves {ratio:.3} times as far as the velocities and the attitude imply"
         )?;
         if *ratio < 0.0 && is(1.0) {
             f.write_str(": its sign is reversed (an axis that points up or to the left?)")
@@ -69,7 +69,7 @@ pub(super) fn contradictions(runs: &[Run], channels: &[usize]) -> Vec<Contradict
     (0..NEEDED.len()).filter_map(of_pose).collect()
 }
 
-/// The slope of the second over the first, about their means; `None` where one does not explain the other.
+/// The slope of the second over the first, about their means; `None` if one does not explain the other.
 fn ratio(pairs: &[(f64, f64)]) -> Option<f64> {
     let count = pairs.len() as f64;
     let mean = pairs.iter().fold((0.0, 0.0), |(x, y), it| {
@@ -84,7 +84,7 @@ fn ratio(pairs: &[(f64, f64)]) -> Option<f64> {
     (explained > EXPLAINED).then(|| xy / xx)
 }
 
-/// Increments of a pose over a time, first as the velocities say, then as recorded.
+/// Increments of a pose over a time: first computed from the velocities, then recorded.
 fn increments(run: &Run, channels: &[usize], pose: usize) -> Option<Vec<(f64, f64)>> {
     let track = |signal: usize| {
         let place = channels.iter().position(|it| *it == signal)?;
@@ -129,7 +129,7 @@ fn increments(run: &Run, channels: &[usize], pose: usize) -> Option<Vec<(f64, f6
     Some(moved.collect())
 }
 
-/// The value at a time on the line between two samples.
+/// The value at a time by linear interpolation.
 fn between(track: &Track, time: f64) -> f64 {
     let (times, values) = (&track.times, &track.values);
     match times.partition_point(|it| *it <= time) {

@@ -1,4 +1,4 @@
-//! A vehicle of six degrees of freedom from a recording: coefficients with intervals, what the data does not determine, the next run.
+//! Fits a vehicle of six degrees of freedom to a recording: coefficients with intervals, undetermined numbers, the next run.
 
 mod error;
 mod experiments;
@@ -27,35 +27,35 @@ pub use experiments::{Expected, NextRun};
 pub use kinematics::Contradiction;
 pub use problem::SIGNALS;
 
-/// The share of a recording that is fitted where the rest is to judge by.
+/// The share of a recording that is fitted if the rest is used for validation.
 const FITTED: f64 = 0.7;
-/// Correlations this large are told.
+/// Correlations above this are reported.
 const CORRELATED: f64 = 0.95;
-/// Windows at most.
+/// Maximum number of windows.
 const WINDOWS: f64 = 60.0;
 
 /// The options of [`fit_six_dof`].
 #[derive(Clone, Debug)]
 pub struct SixDofOptions {
-    /// The recording, with the times that are used and what is a gap.
+    /// The recording, with the windows used and the definition of a gap.
     pub data: FitOptions,
-    /// `NAME=SIGNAL`, where a name is one of the vehicle's inputs or of [`SIGNALS`].
+    /// `NAME=SIGNAL`, with the name of one of the vehicle's inputs or of [`SIGNALS`].
     pub signals: Vec<String>,
-    /// The vehicle to begin with: a built-in one or a file.
+    /// The initial vehicle: a built-in one or a file.
     pub like: String,
-    /// Inputs of the vehicle that are not recorded and taken as 0.
+    /// Inputs of the vehicle that are not recorded and assumed to be 0.
     pub zero: Vec<String>,
-    /// Numbers or groups that stay.
+    /// Numbers or groups that are not changed.
     pub fixed: Vec<String>,
-    /// Numbers or groups that are sought; none for all but `body`.
+    /// Numbers or groups to estimate; empty for all except `body`.
     pub free: Vec<String>,
-    /// What is known of each number beforehand: a standard deviation relative to it.
+    /// The relative prior standard deviation of each number.
     pub prior: f64,
-    /// A number is determined when half its 95 % interval is at most this share of it.
+    /// A number is determined if half its 95 % interval is at most this share of it.
     pub bound: f64,
-    /// Signals with a constant error that is sought.
+    /// Signals with a constant error to be estimated.
     pub bias: Vec<String>,
-    /// The longest time that the motion is simulated on from one initial state \[s\].
+    /// The longest time that the motion is simulated from one initial state \[s\].
     pub horizon: f64,
 }
 
@@ -85,7 +85,7 @@ pub struct Estimated {
     pub value: f64,
     /// Half of its 95 % interval.
     pub interval: f64,
-    /// What it was in the vehicle to begin with; 0 for a bias and a current.
+    /// Its value in the initial vehicle; 0 for a bias and a current.
     pub like: f64,
 }
 
@@ -100,27 +100,27 @@ impl Estimated {
 /// Errors on the last three tenths, by a fit of the first seven.
 #[derive(Clone, Debug, Serialize)]
 pub struct HeldOut {
-    /// How much time \[s\].
+    /// Duration of the held-out data \[s\].
     pub seconds: f64,
-    /// Each signal: root mean squares with the fitted vehicle and with the one to begin with.
+    /// For each signal: root mean squares with the fitted and with the initial vehicle.
     pub signals: Vec<(&'static str, f64, f64)>,
 }
 
 /// A vehicle fitted to a recording.
 #[derive(Debug, Serialize)]
 pub struct SixDofResult {
-    /// The vehicle to begin with.
+    /// The initial vehicle.
     pub like: String,
     /// What was read.
     #[serde(skip)]
     pub data: StampedRuns,
-    /// Time that is fitted \[s\].
+    /// Duration of the fitted data \[s\].
     pub seconds: f64,
-    /// Windows, each with an initial state of its own.
+    /// Number of windows, each with its own initial state.
     pub windows: usize,
-    /// Samples of all signals.
+    /// Number of samples of all signals.
     pub samples: usize,
-    /// The numbers sought.
+    /// The estimated numbers.
     pub numbers: Vec<Estimated>,
     /// Current, north and east \[m/s\].
     pub current: Vec<Estimated>,
@@ -128,15 +128,15 @@ pub struct SixDofResult {
     pub biases: Vec<Estimated>,
     /// The noise of each signal: a standard deviation.
     pub noise: Vec<(&'static str, f64)>,
-    /// Pairs of numbers that are hardly told apart, with their correlation.
+    /// Pairs of numbers that can hardly be separated, with their correlation.
     pub correlated: Vec<(String, String, f64)>,
     /// Poses that contradict the recorded velocities.
     pub contradictions: Vec<Contradiction>,
-    /// `None` when either vehicle diverges there, or too little time is left.
+    /// `None` if one of the vehicles diverges there, or too little time is left.
     pub held_out: Option<HeldOut>,
-    /// What the data does not determine.
+    /// The numbers that the data does not determine.
     pub undetermined: Vec<Expected>,
-    /// The run that makes the largest interval smallest.
+    /// The run that minimises the largest interval.
     pub next: Option<NextRun>,
     #[serde(skip)]
     file: EditableFile,
@@ -144,29 +144,29 @@ pub struct SixDofResult {
     sought: Vec<usize>,
 }
 
-/// The fitted vehicle counts as worse than the one to begin with where its errors on held-out data are so many times as large.
+/// The fitted vehicle counts as worse than the initial one if its errors on held-out data are at least this many times as large.
 const WORSE: f64 = 1.05;
-/// Errors within so many times the noise are no worse.
+/// Errors within this many times the noise do not count as worse.
 const WITHIN_NOISE: f64 = 1.5;
 
-/// What a fitted vehicle is good for.
+/// The verdict on a fitted vehicle.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "code", rename_all = "snake_case")]
 pub enum SixDofVerdict {
     /// The recording contradicts itself.
     Contradictory,
-    /// It predicts held-out data no better than the vehicle to begin with: the ratio of their errors.
+    /// It predicts held-out data no better than the initial vehicle: the ratio of their errors.
     Worse {
-        /// Of the fitted vehicle over the one to begin with, the geometric mean over the signals.
+        /// Errors of the fitted vehicle over the initial one's, geometric mean over the signals.
         ratio: f64,
     },
-    /// There is nothing to judge it on.
+    /// There is no data to validate it on.
     NotValidated,
-    /// Numbers that are not determined, of so many.
+    /// Some numbers are not determined.
     NotDetermined {
         /// Their count.
         count: usize,
-        /// Of so many sought.
+        /// The total of estimated numbers.
         of: usize,
     },
     /// It predicts, and each number is determined.
@@ -174,7 +174,7 @@ pub enum SixDofVerdict {
 }
 
 impl SixDofVerdict {
-    /// What may be done with the vehicle.
+    /// What the vehicle may be used for.
     #[must_use]
     pub const fn standing(&self) -> Standing {
         match self {
@@ -192,20 +192,21 @@ impl fmt::Display for SixDofVerdict {
             Self::Contradictory => f.write_str("not usable: the recording contradicts itself"),
             Self::Worse { ratio } => write!(
                 f,
-                "not usable: its errors on the held-out data are {ratio:.2} times those of the vehicle it began with"
+                "not usable: its errors on the held-out data are {ratio:.2} times those of the \
+                 initial vehicle"
             ),
             Self::NotValidated => f.write_str("not validated: nothing was held out"),
             Self::NotDetermined { count, of } => write!(
                 f,
                 "usable with care: the recording does not determine {count} of {of} numbers"
             ),
-            Self::Good => f.write_str("good: each number is determined"),
+            Self::Good => f.write_str("good: every number is determined"),
         }
     }
 }
 
 impl SixDofResult {
-    /// What the vehicle is good for.
+    /// The verdict on the vehicle.
     #[must_use]
     pub fn verdict(&self) -> SixDofVerdict {
         if !self.contradictions.is_empty() {
@@ -234,11 +235,13 @@ impl SixDofResult {
         }
     }
 
-    /// The vehicle as a file, by that name: the text of the one to begin with, the numbers that were found in it.
+    /// The vehicle as a file with that name: the text of the initial one with the estimated numbers.
     #[must_use]
     pub fn text(&self, name: &str, recording: &str) -> String {
         let head = format!(
-            "{name}: fitted by planesman six-dof fit to {recording}, {:.0} s in {} windows, like {}.\nVerdict: {}.\nNumbers that were found are marked, with half their 95 % intervals; all else stands as there.",
+            "{name}: fitted by planesman six-dof fit to {recording}, {:.0} s in {} windows, like \
+             {}.\nVerdict: {}.\nEstimated numbers are marked, with half their 95 % intervals; all \
+             others are unchanged.",
             self.seconds,
             self.windows,
             self.like,
@@ -260,7 +263,7 @@ impl SixDofResult {
 /// Fits a vehicle to a recording.
 ///
 /// # Errors
-/// A vehicle that is refused, words that name none of its numbers, a recording without the signals, motion that diverges.
+/// If the vehicle is invalid, a word matches none of its numbers, the recording lacks signals, or the motion diverges.
 pub fn fit_six_dof(
     options: &SixDofOptions,
     progress: &dyn Progress,
@@ -371,7 +374,7 @@ fn deviation(covariance: &DMatrix<f64>, k: usize) -> f64 {
     covariance[(k, k)].max(0.0).sqrt()
 }
 
-/// Pairs of numbers whose correlation exceeds [`CORRELATED`], with it.
+/// Pairs of numbers whose correlation exceeds [`CORRELATED`], with the correlation.
 fn correlated(numbers: &[Estimated], covariance: &DMatrix<f64>) -> Vec<(String, String, f64)> {
     let mut pairs = Vec::new();
     for i in 0..numbers.len() {
@@ -390,13 +393,13 @@ fn samples(of: &[Window]) -> usize {
     of.iter().map(|it| it.samples.len()).sum()
 }
 
-/// Globals and initial states.
+/// The number of globals and initial states.
 fn unknown(problem: &Problem<'_>, windows: &[Window]) -> usize {
     problem.globals() + 12 * windows.len()
 }
 
 impl SixDofOptions {
-    /// The places of the numbers that are sought.
+    /// The indices of the numbers to estimate.
     fn sought(&self, file: &EditableFile) -> Result<Vec<usize>, SixDofError> {
         let names = || file.numbers().iter().map(|it| it.name.as_str());
         let named = |option, words: &[String]| {
@@ -438,8 +441,8 @@ fn windows(runs: &[Run], channels: &[usize], longest: f64, share: Range<f64>) ->
     runs.iter().flat_map(of).collect()
 }
 
-/// Errors on the rest with numbers fitted to the first seven tenths and with those of the vehicle to begin with, current and biases fitted to
-/// the first for both.
+/// Errors on the rest of the data, with numbers fitted to the first seven tenths and with those of the initial vehicle; for both, current
+/// and biases are fitted to the first part.
 fn held_out(
     problem: &Problem<'_>,
     (first, rest): (&[Window], &[Window]),

@@ -1,11 +1,11 @@
-//! The vehicle's motion over windows of data: what is sought, the errors with their slopes, and what the data says of it.
+//! The vehicle's motion over windows of data: the unknowns, the errors with their slopes, and the information in the data.
 //!
 //! ```text
 //! V = sum over windows and signals (y - yhat(theta))^2 / noise^2  +  sum (theta - theta_0)^2 / prior^2
 //! theta = numbers of the file, relative to it | current | biases | initial state of each window
 //! ```
-//! Output error with a priori weighting: Maine and Iliff, *Application of Parameter Estimation to Aircraft Stability and Control*, NASA RP-1168 (1986),
-//! ch. 5. Slopes are differences of simulations by the classical Runge-Kutta method.
+//! Output error with a priori weighting: Maine and Iliff, *Application of Parameter Estimation to Aircraft Stability and Control*, NASA
+//! RP-1168 (1986), ch. 5. Slopes are difference quotients of simulations by the classical Runge-Kutta method.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -16,7 +16,7 @@ use planesman_identification::estimators::{Search, Total, coloured_covariance, l
 use planesman_parallel::on_all_cores;
 use planesman_vehicle::six_dof::{EditableFile, State, Vehicle, Water, rotation, runge_kutta};
 
-/// The signals that a vehicle's motion is measured by: name and unit.
+/// The signals of a vehicle's motion that may be measured: name and unit.
 pub const SIGNALS: [(&str, &str); 12] = [
     ("north", "m"),
     ("east", "m"),
@@ -31,44 +31,44 @@ pub const SIGNALS: [(&str, &str); 12] = [
     ("q", "rad/s"),
     ("r", "rad/s"),
 ];
-/// Angles among them.
+/// The angles among them.
 const ANGLES: Range<usize> = 3..6;
-/// What is known beforehand: 12 numbers of an initial state about the first samples, as standard deviations.
+/// Prior standard deviations of the 12 numbers of an initial state, about the first samples.
 const INITIAL_PRIOR: [f64; 12] = [
     100.0, 100.0, 100.0, 1.0, 1.0, 3.0, 3.0, 3.0, 3.0, 1.0, 1.0, 1.0,
 ];
-/// Likewise a current \[m/s\], and a bias of each signal.
+/// Prior standard deviation of a current \[m/s\], and of a bias of each signal.
 const CURRENT_PRIOR: f64 = 1.0;
 const BIAS_PRIOR: [f64; 12] = [
     10.0, 10.0, 10.0, 0.2, 0.2, 0.5, 0.5, 0.5, 0.5, 0.1, 0.1, 0.1,
 ];
 /// The longest step of the simulation \[s\].
 const STEP: f64 = 0.05;
-/// Steps of differences: of a number relative to itself, and of everything else in its unit.
+/// Steps of difference quotients: of a number relative to itself, and of everything else in its unit.
 const DIFFERENCE: f64 = 1e-6;
 const SEARCH: Search = Search {
     steps: 40,
     enough: 1e-8,
     radius: f64::INFINITY,
 };
-/// How often the noise is estimated anew.
+/// How often the noise estimate is updated.
 const WEIGHINGS: usize = 8;
 /// The number of initial states of a window.
 const INITIAL: usize = 12;
 
-/// A stretch of data with an initial state of its own.
+/// An interval of data with its own initial state.
 #[derive(Clone, Debug)]
 pub(super) struct Window {
-    /// Their lengths \[s\] and the inputs held.
+    /// The steps' lengths \[s\] and the constant inputs.
     pub(super) steps: Vec<(f64, Vec<f64>)>,
-    /// After how many steps, which signal, and its value.
+    /// For each sample the number of steps before it, its signal, and its value.
     pub(super) samples: Vec<(usize, usize, f64)>,
-    /// Where the search for the initial state begins.
+    /// The initial guess of the initial state.
     pub(super) start: [f64; INITIAL],
 }
 
 impl Window {
-    /// A part of a run \[s\]; `channels` are the signals of its outputs. `None` without a sample of each.
+    /// A part of a run \[s\]; `channels` are the signals of its outputs. `None` if a signal has no sample.
     pub(super) fn of(run: &Run, channels: &[usize], span: Range<f64>) -> Option<Self> {
         let inside = |time: &f64| span.contains(time);
         let tracks = run.inputs.iter().chain(&run.outputs);
@@ -123,7 +123,7 @@ fn signals(of: &State, biases: &[f64; INITIAL]) -> [f64; INITIAL] {
     std::array::from_fn(|it| of[it] + biases[it])
 }
 
-/// `a - b` of a signal: of angles the short way.
+/// `a - b` of a signal; for angles the shorter way.
 pub(super) fn apart(channel: usize, a: f64, b: f64) -> f64 {
     let turns = match ANGLES.contains(&channel) {
         true => ((a - b) / TAU).round(),
@@ -132,41 +132,41 @@ pub(super) fn apart(channel: usize, a: f64, b: f64) -> f64 {
     a - b - TAU * turns
 }
 
-/// What a window says at a point, each sample in units of its noise: what is left, and its slopes over the globals and the initial state.
+/// A window at a point, each sample in units of its noise: the residuals, and their slopes by the globals and the initial state.
 pub(super) struct Linearised {
     errors: DVector<f64>,
     slopes: DMatrix<f64>,
 }
 
-/// What is sought, and by which signals.
+/// The unknowns and the signals.
 #[derive(Clone, Debug)]
 pub(super) struct Problem<'a> {
-    /// The vehicle that it begins with.
+    /// The initial vehicle.
     pub(super) file: &'a EditableFile,
-    /// The numbers that are sought.
+    /// The numbers to estimate.
     pub(super) sought: Vec<usize>,
-    /// The standard deviation of each, relative to it, that is known beforehand.
+    /// The relative prior standard deviation of each.
     pub(super) prior: f64,
-    /// Signals with a bias that is sought.
+    /// Signals with a bias to estimate.
     pub(super) biased: Vec<usize>,
     /// The noise of each signal, its unit.
     pub(super) noise: [f64; INITIAL],
-    /// Numbers, current and biases stay.
+    /// Whether numbers, current and biases are fixed.
     pub(super) is_known: bool,
 }
 
 impl Problem<'_> {
-    /// Numbers, current and biases: what all windows have in common.
+    /// The number of globals: numbers, current and biases, which all windows share.
     pub(super) fn globals(&self) -> usize {
         self.of_current().end + self.biased.len()
     }
 
-    /// Where the current stands, north and east.
+    /// The place of the current, north and east.
     pub(super) fn of_current(&self) -> Range<usize> {
         self.sought.len()..self.sought.len() + 2
     }
 
-    /// What is known of the globals beforehand, value and standard deviation: where a search begins.
+    /// The priors of the globals, value and standard deviation, at which a search begins.
     pub(super) fn priors(&self) -> Vec<(f64, f64)> {
         let numbers = self.sought.iter().map(|_| (1.0, self.prior));
         let biases = self.biased.iter().map(|it| (0.0, BIAS_PRIOR[*it]));
@@ -174,7 +174,7 @@ impl Problem<'_> {
         numbers.chain(current).chain(biases).collect()
     }
 
-    /// The vehicle of these globals; `None` where it is not physical.
+    /// The vehicle with these globals; `None` if it is impossible.
     pub(super) fn vehicle(&self, globals: &[f64]) -> Option<Vehicle> {
         let numbers = self.file.numbers();
         let changes = self.sought.iter().zip(globals);
@@ -194,7 +194,7 @@ impl Problem<'_> {
         biases
     }
 
-    /// The signals after each step of a window; `None` where the motion does not stay finite.
+    /// The signals after each step of a window; `None` if the motion diverges.
     pub(super) fn simulated(
         &self,
         vehicle: &Vehicle,
@@ -297,7 +297,7 @@ impl Problem<'_> {
         .filter(|it| it.cost.is_finite())
     }
 
-    /// Globals and initial states of the least error, from these globals; `None` where the motion does not stay finite.
+    /// Globals and initial states with the smallest error, starting from these globals; `None` if the motion diverges.
     pub(super) fn minimised(&self, windows: &[Window], globals: &[f64]) -> Option<DVector<f64>> {
         let initial = windows.iter().flat_map(|it| it.start);
         let start: Vec<f64> = globals.iter().copied().chain(initial).collect();
@@ -309,7 +309,7 @@ impl Problem<'_> {
         Some(found.0)
     }
 
-    /// The same from what is known beforehand, with the noise of each signal taken from what is left of it, in turns.
+    /// The same from the priors, alternating with estimates of each signal's noise from its residuals.
     pub(super) fn weighed(&mut self, windows: &[Window]) -> Option<DVector<f64>> {
         self.noise = first_noise(windows);
         let globals: Vec<f64> = self.priors().iter().map(|it| it.0).collect();
@@ -333,7 +333,7 @@ impl Problem<'_> {
         Some(theta)
     }
 
-    /// Root mean squares of what is left of each signal, its unit; `None` for one without samples.
+    /// Root mean squares of the residuals of each signal, its unit; `None` without samples.
     pub(super) fn left(
         &self,
         windows: &[Window],
@@ -352,8 +352,8 @@ impl Problem<'_> {
         }))
     }
 
-    /// What the windows say of the globals, initial states eliminated: the information, without a priori knowledge, and the slopes that are
-    /// left, window by window.
+    /// The information in the windows about the globals, with initial states eliminated and without priors, and the remaining slopes,
+    /// window by window.
     pub(super) fn eliminated(
         &self,
         windows: &[Window],
@@ -376,7 +376,7 @@ impl Problem<'_> {
         Some((information, all))
     }
 
-    /// The covariance of the globals at a minimum, for residuals of any colour of each signal, and the data's information on them.
+    /// The covariance of the globals at a minimum, for residuals of any colour of each signal, and the data's information about them.
     pub(super) fn covariance(
         &self,
         windows: &[Window],
@@ -414,10 +414,10 @@ impl Problem<'_> {
     }
 }
 
-/// No noise is smaller, in any unit: the data may have none.
+/// The smallest noise, in any unit, since the data may have none.
 const LEAST_NOISE: f64 = 1e-6;
 
-/// A first guess of the noise: of second differences, in which white noise is sqrt(6) times itself.
+/// A first estimate of the noise, from second differences, in which white noise is sqrt(6) times as large.
 fn first_noise(windows: &[Window]) -> [f64; INITIAL] {
     std::array::from_fn(|channel| {
         let (mut squares, mut count) = (0.0, 0.0);

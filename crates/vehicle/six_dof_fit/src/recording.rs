@@ -1,4 +1,4 @@
-//! The signals of a recording: odometry of a bag, or columns named as `six-dof fly --out` names them.
+//! The signals of a recording: odometry of a bag, or columns with the names of `six-dof fly --out`.
 
 use std::f64::consts::TAU;
 
@@ -11,7 +11,7 @@ use crate::error::SixDofError;
 
 /// The type of odometry.
 const ODOMETRY: &str = "nav_msgs/msg/Odometry";
-/// Fields of odometry (x forward or north, y left, z up; twist in the body, forward, left, up) of each signal, and the sign that turns
+/// Fields of odometry for each signal (x forward or north, y left, z up; twist in the body, forward, left, up), and the sign that converts
 /// them to north, east, down and forward, starboard, keel.
 const FIELDS: [(&str, f64); 12] = [
     ("pose.pose.position.x", 1.0),
@@ -28,10 +28,10 @@ const FIELDS: [(&str, f64); 12] = [
     ("twist.twist.angular.z", -1.0),
 ];
 
-/// The runs of a recording, and which of [`SIGNALS`] its outputs are.
+/// The runs of a recording, and the signals ([`SIGNALS`]) of its outputs.
 ///
 /// # Errors
-/// Data that cannot be read, signals that are not there, angles in degrees.
+/// If the data cannot be read, lacks signals, or has angles in degrees.
 pub(super) fn read(
     options: &FitOptions,
     signals: &[String],
@@ -104,7 +104,7 @@ pub(super) fn read(
     Ok((data, channels))
 }
 
-/// The topic of odometry: the only one, or the one named odom; `None` in a recording without.
+/// The topic of odometry: the only one, or the one named odom; `None` if the recording has none.
 fn odometry(of: &Survey) -> Result<Option<&str>, SixDofError> {
     let all = of.topics.iter().filter(|it| it.type_name == ODOMETRY);
     let all: Vec<&str> = all.map(|it| it.name.as_str()).collect();
@@ -119,7 +119,7 @@ fn odometry(of: &Survey) -> Result<Option<&str>, SixDofError> {
     }
 }
 
-/// The column of a table, whatever unit its name has behind.
+/// The column of a table, with any unit after its name.
 fn column(of: &Survey, name: &str) -> Option<String> {
     let tables = of.topics.iter().filter(|it| it.type_name.is_empty());
     let mut columns = tables.flat_map(|it| &it.fields);
@@ -127,7 +127,7 @@ fn column(of: &Survey, name: &str) -> Option<String> {
     columns.find(|it| is_it(&it.path)).map(|it| it.path.clone())
 }
 
-/// The field of a topic that has an input's name and one number, as of std_msgs/Float64.
+/// The field of a topic with an input's name and one number, as in std_msgs/Float64.
 fn topic(of: &Survey, name: &str) -> Option<String> {
     let topic = of
         .topics

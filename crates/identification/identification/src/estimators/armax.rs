@@ -3,9 +3,8 @@
 //! ```text
 //! A y = B u + constant + C e,   C = 1 + c1 q^-1 + ... + cn q^-n
 //! ```
-//! Noise on the gyro alone is `C = A`, which this contains. The start is extended least squares,
-//! iterated: least squares gives residuals, which are regressed on next; from there the
-//! one-step prediction error is minimised (Ljung 1999, sec. 7.2 and 10.2).
+//! Noise on the gyro alone is `C = A`, which this contains. The search starts with iterated extended least squares: each round regresses on
+//! the residuals of the one before. Then the one-step prediction error is minimised (Ljung 1999, sec. 7.2 and 10.2).
 
 use nalgebra::DVector;
 
@@ -19,7 +18,7 @@ use super::rows::{freedom, rows_by_run};
 use crate::error::{IdentificationError, Result};
 use crate::structure::Problem;
 
-/// Where the roots of C begin, as a share of those of A.
+/// Initial roots of C, as a share of those of A.
 const NOISE_ROOT_SHARE: f64 = 0.98;
 
 /// ARMAX: the equation error with a model of the noise.
@@ -46,7 +45,7 @@ impl Estimator for Armax {
                     .total_cmp(&q.1.errors.norm_squared())
             })
             .ok_or(IdentificationError::Search(
-                "the search for the least prediction error found no minimum",
+                "the search for the smallest prediction error found no minimum",
             ))?;
         let noise_variance = at.errors.norm_squared() / freedom(at.errors.len(), theta.len())?;
         let factor = unit_factor(&at)? * noise_variance.sqrt();
@@ -68,7 +67,7 @@ impl Estimator for Armax {
     }
 }
 
-/// Where noise on the gyro alone would lead: the best simulation, with `C` near `A`.
+/// The start for noise on the gyro alone: the best simulation, with `C` near `A`.
 fn of_simulation(problem: &Problem<'_>) -> Option<DVector<f64>> {
     let n = problem.structure.poles;
     let plain = problem.layout().without_motion();

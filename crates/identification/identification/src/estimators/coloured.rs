@@ -4,17 +4,16 @@ use planesman_record::filter;
 
 use super::sums::dot;
 
-/// Largest order tried.
+/// The largest order tried.
 const ORDERS: usize = 20;
-/// Lags up to which a residual is taken to be correlated with itself.
+/// The largest lag at which a residual is assumed to be correlated.
 const MEMORY: usize = 200;
-/// Samples for each order at least.
+/// The minimum number of samples for each order.
 const SAMPLES: usize = 10;
 
-/// `1, d1, ..., dk` with which `D e` is white: of the orders up to 20 the one of the least Bayesian criterion. `[1]` for a white
-/// residual. By Burg's recursion (1967; Kay, *Modern Spectral Estimation*, 1988, sec. 7.7): a lattice whose errors forwards and
-/// backwards are least together. The covariances that Levinson's recursion takes end with the record, which hides all but the slowest
-/// pole of slow noise.
+/// `1, d1, ..., dk` with which `D e` is white: the order, up to 20, with the lowest Bayesian criterion. `[1]` for a white residual. By
+/// Burg's recursion (1967; Kay, *Modern Spectral Estimation*, 1988, sec. 7.7): a lattice that minimises forward and backward errors
+/// together. Levinson's recursion is not used: its covariances end with the record, which hides all but the slowest pole of slow noise.
 pub(crate) fn whitening<'a>(residuals: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
     // A constant belongs to the offset: as noise it would have a pole at z = 1.
     let centred = residuals.map(|of| {
@@ -67,13 +66,13 @@ pub(crate) fn whitening<'a>(residuals: impl Iterator<Item = &'a [f64]>) -> Vec<f
     best.1
 }
 
-/// `D e`, without the samples at the beginning that earlier ones are missing for.
+/// `D e`, without the first samples, which need earlier ones.
 pub(crate) fn whitened(d: &[f64], values: &[f64]) -> Vec<f64> {
     filter(d, &[1.0], values).split_off((d.len() - 1).min(values.len()))
 }
 
-/// The share of samples that `D e` white, `D = 1 + d1 q^-1 + ...`, are worth where the mean of their squares is compared:
-/// `1 / (1 + 2 sum rho_k^2)` with their autocorrelation `rho` (Bartlett 1946).
+/// The effective share of samples with `D e` white, `D = 1 + d1 q^-1 + ...`, when mean squares are compared: `1 / (1 + 2 sum rho_k^2)` with
+/// their autocorrelation `rho` (Bartlett 1946).
 pub(crate) fn independent_share(d: &[f64]) -> f64 {
     let mut impulse = vec![0.0; 2 * MEMORY];
     impulse[0] = 1.0;

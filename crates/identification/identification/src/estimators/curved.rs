@@ -1,7 +1,7 @@
-//! Static curves with linear dynamics behind them or in front of them.
+//! Static curves in front of linear dynamics or behind them.
 //!
-//! In front (Hammerstein): for each curve the linear dynamics of the least output error are found anew, so that the search is over the curve's
-//! few parameters alone (variable projection; Golub and Pereyra, *SIAM J. Numer. Anal.* 10, 1973). Behind (Wiener): all parameters at once,
+//! In front (Hammerstein): for each curve the output-error dynamics are computed again, so that only the curve's few parameters are
+//! searched (variable projection; Golub and Pereyra, *SIAM J. Numer. Anal.* 10, 1973). Behind (Wiener): all parameters at once,
 //! `dyhat/dtheta = f'(x) dx/dtheta`.
 
 use std::cell::RefCell;
@@ -22,14 +22,14 @@ use crate::static_curve::{FittedCurve, StaticCurve};
 use crate::structure::{Problem, Structure, range};
 use planesman_record::Run;
 
-/// A difference for a slope, as a share of the signal's range.
+/// The step of difference quotients, as a share of the signal's range.
 const DIFFERENCE: f64 = 1e-3;
-/// Steps of the search over a curve, and the share of the cost that a step worth another one takes away.
+/// Maximum number of steps in the search for a curve, and the share of the cost that a step must remove for another to follow.
 const STEPS: usize = 20;
 const SHARE: f64 = 1e-4;
 /// Squares of errors below this share of the largest candidate's are rounding.
 const ROUNDING: f64 = 1e-16;
-/// Passes from measured outputs to those in front of a curve.
+/// Number of passes from measured outputs to those before the curve.
 const PASSES: usize = 8;
 
 /// The runs of a problem with other inputs.
@@ -47,11 +47,11 @@ fn with_inputs<'a>(problem: &Problem<'a>, inputs: &'a [(Vec<f64>, Vec<f64>)]) ->
     }
 }
 
-/// The curve of the input, of the kind of `start`, in front of linear dynamics of the problem's structure: that of the least output error
-/// near `start`; with the errors that they leave.
+/// The input curve of the kind of `start` with the least output error near `start`, in front of linear dynamics of the problem's structure;
+/// also returns the errors.
 ///
 /// # Errors
-/// [`IdentificationError`], when the data does not determine dynamics or curve.
+/// [`IdentificationError`], if the data does not determine dynamics or curve.
 pub(crate) fn in_front(
     problem: &Problem<'_>,
     start: &StaticCurve,
@@ -77,8 +77,8 @@ pub(crate) fn in_front(
     ))
 }
 
-/// That of several models of the same samples with the least Bayesian criterion, `N ln V + k ln N`, by its k parameters and the errors that it
-/// leaves; N counts what samples are worth beside the colour of the least errors.
+/// The model with the lowest Bayesian criterion, `N ln V + k ln N`, from the number of parameters k and the errors of each. All are for the
+/// same samples; N is the effective number of samples, given the colour of the smallest errors.
 pub(crate) fn of_least_criterion<T>(models: Vec<(usize, Vec<f64>, T)>) -> Option<T> {
     let squares = |errors: &[f64]| dot(errors, errors);
     let least = (models.iter()).min_by(|p, q| squares(&p.1).total_cmp(&squares(&q.1)))?;
@@ -94,7 +94,7 @@ pub(crate) fn of_least_criterion<T>(models: Vec<(usize, Vec<f64>, T)>) -> Option
     best.map(|it| it.2)
 }
 
-/// The output error that linear dynamics behind a curve leave; infinite where there are none.
+/// The output error of linear dynamics behind a curve; infinite if there are none.
 pub(crate) fn cost_in_front(problem: &Problem<'_>, curve: &StaticCurve) -> f64 {
     let poles = RefCell::default();
     errors_behind(problem, curve, &poles).map_or(f64::INFINITY, |it| it.norm_squared())
@@ -144,8 +144,8 @@ fn minimise_over(
     )
 }
 
-/// The errors of the linear dynamics that fit best behind a curve; those before the first known output are 0. Poles that were found are where
-/// the next search begins.
+/// The errors of the best linear dynamics behind a curve; those before the first known output are 0. The next search begins at the poles
+/// found.
 fn errors_behind(
     problem: &Problem<'_>,
     curve: &StaticCurve,
@@ -178,15 +178,15 @@ fn errors_behind(
 /// Output error with a static curve behind the dynamics.
 #[derive(Clone, Debug)]
 pub struct Wiener {
-    /// Where the search for the curve begins.
+    /// The initial curve of the search.
     pub start: StaticCurve,
-    /// `a1 ... an` where the search for the dynamics begins; sought where there are not n of them.
+    /// The initial `a1 ... an` of the search for the dynamics; searched if there are not n of them.
     pub poles: Vec<f64>,
 }
 
 impl Wiener {
-    /// Runs whose outputs are, as well as the model tells, those in front of the curve: measured ones where the curve slopes, simulated ones
-    /// where it does not, which say nothing there.
+    /// Runs whose outputs are estimates of the signal before the curve: measured ones where the curve has a slope, simulated ones
+    /// elsewhere, where the output carries no information.
     pub(crate) fn in_front_of(
         curve: &StaticCurve,
         runs: &[Run<'_>],
@@ -204,7 +204,7 @@ impl Wiener {
         runs.iter().zip(simulated).map(of_run).collect()
     }
 
-    /// Parameters of the dynamics to begin at.
+    /// Initial parameters of the dynamics.
     fn dynamics(&self, problem: &Problem<'_>) -> Result<DVector<f64>> {
         let mut poles = self.poles.clone();
         let mut outputs: Vec<Vec<f64>> =
@@ -232,7 +232,7 @@ impl Wiener {
         Ok(theta)
     }
 
-    /// The errors behind the curve, and their slopes: of the dynamics' parameters, then of the curve's.
+    /// The errors after the curve, and their slopes by the dynamics' parameters, then by the curve's.
     fn linearised(
         &self,
         problem: &Problem<'_>,
@@ -286,7 +286,7 @@ impl Wiener {
     }
 }
 
-/// Which samples come before the first output whose inputs are known.
+/// Which samples come before the first output with known inputs.
 fn unknown_rows(problem: &Problem<'_>) -> Vec<bool> {
     let unknown = problem.unknown();
     let runs = problem.runs.iter().zip(unknown);
@@ -332,7 +332,7 @@ impl Estimator for Wiener {
     }
 }
 
-/// Columns without what other columns make up of them.
+/// Columns with their projection on other columns removed.
 fn beside(columns: &DMatrix<f64>, others: &DMatrix<f64>) -> Result<DMatrix<f64>> {
     if others.ncols() == 0 || columns.ncols() == 0 {
         return Ok(columns.clone());
@@ -341,10 +341,10 @@ fn beside(columns: &DMatrix<f64>, others: &DMatrix<f64>) -> Result<DMatrix<f64>>
     Ok(columns - &basis * (basis.transpose() * columns))
 }
 
-/// By how much the dynamics' parameters move with each of the curve's, one column each.
+/// The change of the dynamics' parameters with each of the curve's, one column each.
 ///
 /// # Errors
-/// Those of the estimator.
+/// Errors of the estimator.
 pub(crate) fn moved_by(
     estimator: &dyn Estimator,
     problem: &Problem<'_>,

@@ -1,12 +1,12 @@
-//! A transfer function with a dead time in continuous time, and what it is for samples of a held input.
+//! A transfer function with a dead time in continuous time, and its sampled model for an input with zero-order hold.
 //!
 //! ```text
 //!        s^z (b_m s^m + ... + b_0)
 //! G(s) = ----------------------------------- e^(-theta s)       strictly proper: z + m < i + n
 //!        s^i (s^n + a_(n-1) s^(n-1) + ... + a_0)
 //! ```
-//! With the input held over each interval the sampled model is exact: no factor for the hold, no aliasing is left out. The search
-//! counts frequency in units of the middle of the band, so that its parameters are near one.
+//! With zero-order hold the sampled model is exact: it needs no factor for the hold and has no aliasing error. The search uses frequency in
+//! units of the middle of the band, so that its parameters are near one.
 
 use nalgebra::{DMatrix, DVector};
 use planesman_linear::polynomial::{self, evaluate};
@@ -14,11 +14,11 @@ use planesman_linear::{Complex, DelayedLoop, StateSpace, TransferFunction, polar
 
 use crate::error::Result;
 
-/// The share of a parameter by which it is moved to find slopes, and the least step.
+/// The relative step of a parameter in difference quotients, and the smallest step.
 const BY: f64 = 1e-5;
 const LEAST: f64 = 1e-2;
 
-/// What is sought of a transfer function.
+/// The orders of a transfer function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orders {
     /// n, poles.
@@ -29,7 +29,7 @@ pub struct Orders {
     pub integrators: usize,
     /// z, zeros known to be at s = 0.
     pub differentiators: usize,
-    /// The dead time, s, where it is known; else it is sought.
+    /// The dead time, s, if known; else it is estimated.
     pub delay: Option<f64>,
 }
 
@@ -40,7 +40,7 @@ impl Orders {
         self.poles + self.zeros + 1 + usize::from(self.delay.is_none())
     }
 
-    /// Whether the output does not jump with the input.
+    /// Whether the transfer function is strictly proper.
     #[must_use]
     pub fn is_strictly_proper(&self) -> bool {
         self.differentiators + self.zeros < self.integrators + self.poles
@@ -60,7 +60,7 @@ impl Orders {
             .collect()
     }
 
-    /// What turns the search's unknowns, in units of `middle` rad/s, into those of G.
+    /// Factors from the search's unknowns, in units of `middle` rad/s, to those of G.
     pub(super) fn scales(&self, middle: f64) -> DVector<f64> {
         let n = self.poles as i32;
         let power = |power: usize| middle.powi(n - power as i32);
@@ -71,10 +71,10 @@ impl Orders {
         DVector::from_vec(all.collect())
     }
 
-    /// G with such unknowns.
+    /// G with these unknowns.
     ///
     /// # Errors
-    /// Numbers that are not finite.
+    /// If numbers are not finite.
     pub(super) fn transfer(&self, values: &DVector<f64>) -> Result<DelayedLoop> {
         let (num, rest) = values.as_slice().split_at(self.zeros + 1);
         let (den, rest) = rest.split_at(self.poles);
@@ -87,13 +87,13 @@ impl Orders {
     }
 }
 
-/// G for samples of a held input, with the fraction f of the dead time that is no whole sample.
+/// G sampled under zero-order hold, with the fraction f of the dead time beyond whole samples.
 ///
 /// ```text
 /// x_(k+1) = A x_k + B_0 u_k + B_1 u_(k-1),   B_0 the hold over (1 - f) T, B_0 + B_1 that over T
 /// G = C (z - A)^-1 (B_0 + B_1/z) = (N_0(d) + N_1(d)/z) / D(d),   d = z - 1
 /// ```
-/// Polynomials in d keep the digits of poles near z = 1, which those in z lose (Middleton and Goodwin, *Digital Control and
+/// Polynomials in d = z - 1 keep the digits of poles near z = 1, which those in z lose (Middleton and Goodwin, *Digital Control and
 /// Estimation*, 1990).
 pub(super) struct HeldInputTransfer {
     /// `D`, `N_0`, `N_1`, the highest power first.
@@ -101,13 +101,13 @@ pub(super) struct HeldInputTransfer {
     now: Vec<f64>,
     before: Vec<f64>,
     sample_time: f64,
-    /// Whole samples of the dead time.
+    /// The dead time in whole samples.
     whole: usize,
 }
 
 impl HeldInputTransfer {
     /// # Errors
-    /// A transfer function that is not strictly proper, a dead time below 0, numbers that overflow.
+    /// If the transfer function is not strictly proper, the dead time is below 0, or numbers overflow.
     pub(super) fn new(of: &DelayedLoop, sample_time: f64) -> Result<Self> {
         let g = &of.transfer_function;
         // In a unit of time in which no coefficient of the denominator is above 1.
@@ -161,7 +161,7 @@ impl HeldInputTransfer {
         (value.re.is_finite() && value.im.is_finite()).then_some(value)
     }
 
-    /// `a1 ...` and `b1 ...`, one more, behind [`HeldInputTransfer::delay`] samples.
+    /// `a1 ...` and `b1 ...`, one more, with a delay of [`HeldInputTransfer::delay`] samples.
     pub(super) fn difference_equation(&self) -> (Vec<f64>, Vec<f64>) {
         let in_z = |of: &[f64]| {
             let each = of.iter();
@@ -187,8 +187,8 @@ impl HeldInputTransfer {
     }
 }
 
-/// Slopes over each parameter of what `of` has at `theta`, which is `here`: by differences on both sides, or on one where
-/// the other has no value.
+/// Slopes of the values that `of` computes at `theta` (`here`), by each parameter: central differences, or one-sided ones where the other
+/// side has no value.
 pub(super) fn slopes(
     theta: &DVector<f64>,
     here: &DVector<f64>,

@@ -18,9 +18,9 @@ use planesman_record::filter;
 /// Rounds of extended least squares before the search.
 const ROUNDS: usize = 5;
 
-/// The difference equation of records, ready to be gone through with any noise model.
+/// The difference equation of records, prepared for evaluation with any noise model.
 pub(super) struct Equation {
-    /// The regression without noise.
+    /// The regressors without the noise model.
     phi: DMatrix<f64>,
     outputs: DVector<f64>,
     /// Rows of each record.
@@ -48,7 +48,7 @@ impl Equation {
         self.through(&c, equation.as_slice())
     }
 
-    /// The parameters found in a part of the records, without its constant.
+    /// The parameters found on a part of the records, without its constant.
     pub(super) fn continued(&self, found: &Estimate) -> DVector<f64> {
         let plain = self.phi.ncols();
         let known = found.layout.b(0);
@@ -59,7 +59,7 @@ impl Equation {
         })
     }
 
-    /// Where searches begin: least squares, and extended least squares.
+    /// Starts of the search: least squares, and extended least squares.
     pub(super) fn starts(&self) -> Result<Vec<DVector<f64>>> {
         let plain = self.phi.ncols();
         let first = Triangle::new(&self.phi, &self.outputs)?.solution()?;
@@ -115,7 +115,7 @@ impl Equation {
         Linearised { errors, slopes }
     }
 
-    /// Each record's rows through `1/C`, from zero.
+    /// Filters each record's rows by `1/C`, from zero.
     fn through(&self, c: &[f64], values: &[f64]) -> Vec<f64> {
         let mut filtered = Vec::with_capacity(values.len());
         let mut rest = values;

@@ -14,26 +14,26 @@ use crate::static_curve::FittedCurve;
 use crate::structure::{InitialState, Layout, Problem, Structure};
 use planesman_record::{Run, filter};
 
-/// `A(1)` below this share of its terms' size is that of a pole at z = 1.
+/// If `A(1)` is below this share of its terms' size, there is a pole at z = 1.
 const AT_ONE: f64 = 1e-9;
 
 /// The result of an estimator.
 #[derive(Clone, Debug)]
 pub struct Estimate {
-    /// The level of the input that the offset in theta and the simulation are about; 0 where none was taken off.
+    /// The input level to which the offset in theta and the simulation refer; 0 if none was subtracted.
     pub input_level: f64,
-    /// The kind of residual, which says where a constant stands.
+    /// The kind of residual, which determines the place of a constant.
     pub error: Error,
-    /// Where each unknown stands in theta.
+    /// The place of each unknown in theta.
     pub layout: Layout,
     /// The interval between samples, s.
     pub sample_time: f64,
-    /// The unknowns of the layout, without the motion at the beginning where the method needs none.
+    /// The unknowns of the layout, without the initial motion if the method does not need it.
     pub theta: DVector<f64>,
     /// Their covariance, as the method computes it.
     pub covariance: DMatrix<f64>,
-    /// A factor F of it, `F F'`, where the method has one: what nearly cancels in a product of the covariance is
-    /// not lost to rounding in one of the factor.
+    /// A factor F of it, `F F'`, if the method computes one: differences that nearly cancel in a product of the covariance are more
+    /// accurate with the factor.
     pub factor: Option<DMatrix<f64>>,
     /// The variance of the noise `e`, output unit squared.
     pub noise_variance: f64,
@@ -43,18 +43,18 @@ pub struct Estimate {
     pub noise_denominator: Vec<f64>,
     /// The residuals of each record, output unit.
     pub residuals: Vec<Vec<f64>>,
-    /// The curve behind the dynamics, where one was fitted.
+    /// The curve behind the dynamics, if one was fitted.
     pub output_curve: Option<FittedCurve>,
-    /// The vehicle's own coefficients, where those were sought.
+    /// The vehicle's own coefficients, if they were estimated.
     pub physical: Option<Physical>,
-    /// The process model, where one was sought.
+    /// The process model, if one was estimated.
     pub process: Option<ProcessModel>,
-    /// The frequency response and the transfer function of it, where those were sought.
+    /// The frequency response and its transfer function, if they were estimated.
     pub frequency: Option<FrequencyFit>,
 }
 
 impl Estimate {
-    /// The estimate of a problem, with a factor of its covariance, where the noise is white.
+    /// The estimate of a problem, with a factor of its covariance, for white noise.
     pub(super) fn of(
         problem: &Problem<'_>,
         error: Error,
@@ -89,8 +89,8 @@ impl Estimate {
             .model(self.theta.as_slice(), run, self.sample_time)
     }
 
-    /// The model of a record from the mean of the input over each interval, which a continuous model is of: that of
-    /// [`Self::model`] but for an input that moves on straight lines between its samples.
+    /// The model of a record from the mean of the input over each interval, as needed for conversion to continuous time. It equals
+    /// [`Self::model`] unless the input is linear between its samples.
     #[must_use]
     pub fn model_of_means(&self, run: usize) -> Model {
         let layout = Layout {
@@ -100,8 +100,7 @@ impl Estimate {
         layout.model(self.theta.as_slice(), run, self.sample_time)
     }
 
-    /// The covariance of `a1 ... an` and the numerator's coefficients ([`Model::numerator`]) of a record's model; what
-    /// is known beforehand has none.
+    /// The covariance of `a1 ... an` and the numerator's coefficients ([`Model::numerator`]) of a record's model; zero for known values.
     #[must_use]
     pub fn coefficient_covariance(&self, run: usize) -> DMatrix<f64> {
         let coefficients = |theta: &DVector<f64>| {
@@ -121,7 +120,7 @@ impl Estimate {
         &slopes * &self.covariance * slopes.transpose()
     }
 
-    /// The offset of a record's output, output unit; 0 when none was sought.
+    /// The offset of a record's output, output unit; 0 if none was estimated.
     #[must_use]
     pub fn offset(&self, run: usize) -> f64 {
         let Some(at) = self.layout.offset(run) else {
@@ -134,7 +133,7 @@ impl Estimate {
         self.offset_at_level(at) - by_level
     }
 
-    /// The level of the input at which the output of a model that integrates stands; 0 of others, whose offset holds it.
+    /// The input at which the output of an integrating model is constant; 0 for others, whose offset includes it.
     #[must_use]
     pub fn level_of_integrator(&self, run: usize) -> f64 {
         match self.input_level {
@@ -150,7 +149,7 @@ impl Estimate {
         Some(a.iter().sum()).filter(|steady: &f64| steady.abs() > AT_ONE * size)
     }
 
-    /// The output's offset where the input is at its level.
+    /// The output's offset with the input at its level.
     fn offset_at_level(&self, at: usize) -> f64 {
         if self.error == Error::Equation {
             // offset = constant / A(1); with a pole at 1 there is none.
@@ -160,13 +159,13 @@ impl Estimate {
         }
     }
 
-    /// The input about the level that the offset is about.
+    /// The input minus the level to which the offset refers.
     pub(crate) fn about_level(&self, inputs: &[f64]) -> Vec<f64> {
         inputs.iter().map(|u| u - self.input_level).collect()
     }
 
-    /// A record's input about the level that the offset is about, as [`Structure::driving`] has it; that of a process model
-    /// stood before the record.
+    /// A record's input, minus that level, after known factors and delay, as in [`Structure::driving`]; for a process model it is constant
+    /// before the record.
     pub(crate) fn driving(&self, record: Run<'_>) -> Vec<f64> {
         let structure = &self.layout.structure;
         let [past, inputs] = [record.past, record.inputs].map(|it| self.about_level(it));
@@ -176,7 +175,7 @@ impl Estimate {
         }
     }
 
-    /// The first outputs of a record that count for nothing, as [`Structure::unknown`] has it; none of a process model.
+    /// Number of first outputs of a record to ignore, as in [`Structure::unknown`]; 0 for a process model.
     #[must_use]
     pub fn unknown(&self, record: Run<'_>) -> usize {
         match self.process {
@@ -185,7 +184,7 @@ impl Estimate {
         }
     }
 
-    /// The output of record `run` from its input alone, with offset and the motion it began with.
+    /// The output of record `run` simulated from its input alone, with offset and initial motion.
     #[must_use]
     pub fn simulate(&self, run: usize, record: Run<'_>) -> Vec<f64> {
         let structure = &self.layout.structure;
@@ -222,7 +221,7 @@ impl Estimate {
         }
     }
 
-    /// The outputs of record `run` less the simulated ones.
+    /// Measured minus simulated outputs of record `run`.
     #[must_use]
     pub fn simulation_errors(&self, run: usize, record: Run<'_>) -> Vec<f64> {
         let simulated = self.simulate(run, record);
@@ -230,9 +229,8 @@ impl Estimate {
         pairs.map(|(y, x)| y - x).collect()
     }
 
-    /// The fit of the simulated output, `100 (1 - |y - yhat| / |y - mean y|)` %, over samples
-    /// `from..` of record `run`, the state at the first of them fitted; `None` when the output did not move or the
-    /// simulation overflows.
+    /// The fit of the simulated output, `100 (1 - |y - yhat| / |y - mean y|)` %, over samples `from..` of record `run`, with the state
+    /// fitted at the first of them; `None` if the output is constant or the simulation overflows.
     #[must_use]
     pub fn simulated_fit(&self, run: usize, record: Run<'_>, from: usize) -> Option<f64> {
         if self.output_curve.is_some() {
@@ -246,8 +244,8 @@ impl Estimate {
         fit(without_free_motion(&left, &free), spread)
     }
 
-    /// The same with the state fitted to the samples right before alone, a twentieth of the record or more of a high order: what a
-    /// simulation does that is given no output. `None` where there are fewer.
+    /// The same with the state fitted only to the samples just before: at least a twentieth of the record for a high order. This is the fit
+    /// of a simulation without output data. `None` if there are fewer.
     #[must_use]
     pub fn fit_from_carried_state(&self, run: usize, record: Run<'_>, from: usize) -> Option<f64> {
         if self.output_curve.is_some() {
@@ -278,14 +276,13 @@ impl Estimate {
         fit(squares, spread.sum_of_squares())
     }
 
-    /// The denominator of a free motion.
+    /// The denominator of the free motion.
     fn free_motion(&self) -> Vec<f64> {
         let a = self.layout.denominator(self.theta.as_slice());
         product(&a, &self.layout.structure.known_denominator)
     }
 
-    /// What a simulation from rest at sample `from` leaves of the outputs of record `run`, and their sum of squares about their
-    /// mean.
+    /// The outputs of record `run` minus a simulation from rest at sample `from`, and the outputs' sum of squares about their mean.
     fn left_from_rest(&self, run: usize, record: Run<'_>, from: usize) -> (Vec<f64>, f64) {
         let a = self.layout.denominator(self.theta.as_slice());
         let b = &self.theta.as_slice()[self.layout.b(run)];
@@ -322,8 +319,8 @@ impl Estimate {
 /// The error that an estimator minimises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Error {
-    /// `A y - B u - constant`, white or through a noise model: the constant stands in the equation.
+    /// `A y - B u - constant`, white or with a noise model: the constant is in the equation.
     Equation,
-    /// `y - (B/A) u - offset`: the constant stands on the output.
+    /// `y - (B/A) u - offset`: the constant is added to the output.
     Output,
 }

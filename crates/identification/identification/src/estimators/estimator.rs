@@ -11,24 +11,24 @@ use planesman_record::Run;
 
 /// An estimator over whole records.
 pub trait Estimator: fmt::Debug + Send + Sync {
-    /// Finds the unknowns.
+    /// Estimates the unknowns.
     ///
     /// # Errors
-    /// [`IdentificationError`](crate::IdentificationError): records that do not determine the unknowns, a search that finds no minimum, a
-    /// structure the estimator is not for.
+    /// [`IdentificationError`](crate::IdentificationError), if the records do not determine the unknowns, a search finds no minimum, or the
+    /// estimator does not support the structure.
     fn fit(&self, problem: &Problem<'_>) -> Result<Estimate>;
 
-    /// The estimator's recursive form before its first sample, to watch it learn.
+    /// The estimator's recursive form before its first sample.
     ///
     /// # Errors
-    /// [`IdentificationError`](crate::IdentificationError), when it has none for this problem.
+    /// [`IdentificationError`](crate::IdentificationError), if there is none for this problem.
     fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>>;
 }
 
 /// An estimator that learns while samples arrive.
 pub trait Recursive {
-    /// Begins the history anew with `output`, which no known input has led to: at the start of
-    /// a record and after a gap. What has been learnt stays.
+    /// Restarts the history with `output`, without a known input before it: at the start of a record and after a gap. Learnt parameters are
+    /// kept.
     fn begin(&mut self, output: f64);
 
     /// Takes the next output, and the input over the interval that ended with it.
@@ -40,21 +40,20 @@ pub trait Recursive {
     /// The parameters' names.
     fn names(&self) -> Vec<String>;
 
-    /// Its covariance, as the estimator computes it; `None` before there are more samples than
-    /// unknowns.
+    /// The parameters' covariance, as the estimator computes it; `None` until there are more samples than unknowns.
     fn covariance(&self) -> Option<DMatrix<f64>>;
 
-    /// By how much the last output missed its prediction, output unit; `None` when there was none.
+    /// The last prediction error, output unit; `None` if there was no prediction.
     fn error(&self) -> Option<f64>;
 
-    /// From now on predicts and learns nothing, or learns again.
+    /// Stops learning (the estimator still predicts), or resumes it.
     fn set_frozen(&mut self, frozen: bool);
 
     /// Forgets everything.
     fn reset(&mut self);
 }
 
-/// Takes a record from its first sample to its last.
+/// Processes a record from its first sample to its last.
 pub fn learn(estimator: &mut (impl Recursive + ?Sized), run: Run<'_>) {
     for (k, output) in run.outputs.iter().enumerate() {
         match k.checked_sub(1).and_then(|before| run.inputs.get(before)) {

@@ -3,9 +3,9 @@
 //! ```text
 //! y_k = b1 u_(k-d) + ... + bm u_(k-d-m+1) + constant + e_k
 //! ```
-//! Linear in its unknowns, and without bias whatever the colour of a noise that is independent of the input; it needs many
-//! coefficients where a system is slow (Ljung 1999, sec. 4.2). How many follows from the Bayesian criterion: the
-//! regressors of a shorter response are the first of a longer one, so one QR gives the error of every length.
+//! It is linear in its unknowns, and unbiased for noise of any colour that is independent of the input. A slow system needs many
+//! coefficients (Ljung 1999, sec. 4.2). The Bayesian criterion chooses their number: the regressors of a shorter response are the first of
+//! a longer one, so one QR gives the error of every length.
 
 use nalgebra::DVector;
 
@@ -18,20 +18,20 @@ use crate::batch::Triangle;
 use crate::error::{IdentificationError, Result};
 use crate::structure::{Problem, Structure};
 
-/// Coefficients at most: with a delay, the largest order of a model file.
+/// Maximum number of coefficients: with a delay, the largest order of a model file.
 const LONGEST: usize = 64;
-/// Rows for each coefficient at least, where the length is sought.
+/// Minimum number of rows for each coefficient, when the length is chosen.
 const ROWS_PER_COEFFICIENT: usize = 5;
 
 /// A finite impulse response by least squares.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Fir {
-    /// Coefficients; `None` for the Bayesian criterion to choose.
+    /// Number of coefficients; `None` for the Bayesian criterion to choose.
     pub length: Option<usize>,
 }
 
 impl Fir {
-    /// The problem without poles, and with as many coefficients as asked for or chosen.
+    /// The problem without poles, with the requested or chosen number of coefficients.
     fn shaped<'a>(self, problem: &Problem<'a>) -> Result<Problem<'a>> {
         let of_length = |length: usize| Problem {
             structure: Structure {
@@ -44,7 +44,7 @@ impl Fir {
         if let Some(length) = self.length {
             return match length {
                 0 => Err(IdentificationError::Option(
-                    "a finite impulse response has one coefficient at least".to_owned(),
+                    "a finite impulse response needs at least one coefficient".to_owned(),
                 )),
                 length => Ok(of_length(length)),
             };
@@ -64,7 +64,7 @@ impl Fir {
     }
 }
 
-/// The number of coefficients, up to `most`, with the least Bayesian criterion, all on the same rows.
+/// The number of coefficients, up to `most`, with the lowest Bayesian criterion, all on the same rows.
 fn best_length(longest: &Problem<'_>, most: usize) -> usize {
     let (phi, outputs) = regression(longest);
     let (rows, constants) = (phi.nrows(), phi.ncols() - most);
@@ -115,7 +115,8 @@ impl Estimator for Fir {
 
     fn learner(&self, _: &Problem<'_>) -> Result<Box<dyn Recursive>> {
         Err(IdentificationError::Option(
-            "the length of a finite impulse response follows from a whole record".to_owned(),
+            "the length of a finite impulse response can be chosen only from a whole record"
+                .to_owned(),
         ))
     }
 }

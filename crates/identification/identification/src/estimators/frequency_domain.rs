@@ -1,20 +1,20 @@
-//! A transfer function with a dead time, fitted to a frequency response where the coherence holds.
+//! A transfer function with a dead time, fitted to a frequency response in the band of sufficient coherence.
 //!
 //! ```text
 //! J = 20/n sum W [ (dB error)^2 + 0.01745 (phase error, deg)^2 ],   W = (1.58 (1 - e^(-g2)))^2
 //! ```
-//! over the n frequencies of the band, g2 the coherence (Tischler and Remple, *Aircraft and Rotorcraft System Identification*, 2nd
-//! ed., 2012, ch. 11). The model is that of the held input ([`Orders`]), so no factor for the hold is needed.
+//! over the n frequencies of the band, with coherence g2 (Tischler and Remple, *Aircraft and Rotorcraft System Identification*, 2nd ed.,
+//! 2012, ch. 11). The model includes zero-order hold ([`Orders`]), so no factor for the hold is needed.
 //!
-//! - **Starts**: linear least squares on `N - H D`, weighted by the denominator before (Sanathanan and Koerner, *IEEE Trans. Automatic
-//!   Control* 8, 1963), for dead times up to what the phase allows.
-//! - **Orders**: of all up to four poles, with and without dead time, the fewest parameters whose `2 N ln V + p ln 2N` is not beyond
-//!   doubt above the least; V is the mean square of the errors over their random errors, N the number of frequencies that the
-//!   windows tell apart.
-//! - **Windows leak**: what was before a segment goes on in it. The same windows on the simulated output say by how much, and the
+//! - **Starts**: linear least squares on `N - H D`, weighted by the previous denominator (Sanathanan and Koerner, *IEEE Trans. Automatic
+//!   Control* 8, 1963), for dead times that the phase allows.
+//! - **Orders**: up to four poles, with and without dead time. The fewest parameters are chosen whose criterion `2 N ln V + p ln 2N` is not
+//!   clearly above the smallest. V is the mean square of the errors over their random errors, N the number of frequencies that the windows
+//!   resolve.
+//! - **Leakage**: in each segment the response to earlier inputs continues. The same windows on the simulated output give its size, and the
 //!   response is corrected by it: `H = H_model + <g, y - simulated>`.
-//! - **Intervals**: the parameters are, to first order, weighted sums of the noise's samples. The weights are summed over all
-//!   frequencies and windows, so that what these have in common counts once; the noise's spectrum is that of the simulated error.
+//! - **Intervals**: the parameters are, to first order, weighted sums of the noise's samples. The weights are summed over all frequencies
+//!   and windows, so that common parts count once; the noise's spectrum is that of the simulated error.
 
 mod sampled;
 
@@ -40,54 +40,54 @@ const PHASE_WEIGHT: f64 = 0.017_45;
 const SCALE: f64 = 20.0;
 /// Poles tried.
 const MOST_POLES: usize = 4;
-/// Dead times that a search begins at, and searches from the best of them.
+/// Number of initial dead times, and of searches from the best of them.
 const DEAD_TIMES: usize = 16;
 const SEARCHES: usize = 3;
-/// Steps of a search, and the share of the cost below which a step is the last.
+/// Maximum number of steps of a search, and the relative decrease of the cost at which it ends.
 const STEPS: usize = 25;
 const SHARE: f64 = 1e-2;
 const FINE: (usize, f64) = (200, 1e-9);
-/// A dead time this near to a whole sample, where the slope over it jumps, and how far from there it is sought again, samples.
+/// Dead times this near to a whole sample, where the slope jumps, are treated as equal to it, and searched again at this distance on both
+/// sides, samples.
 const NEAR_A_SAMPLE: f64 = 0.05;
 const BESIDE: f64 = 0.3;
-/// The least random error that the criterion counts, as a share of the median.
+/// The smallest random error in the criterion, as a share of the median.
 const LEAST_ERROR: f64 = 0.2;
-/// Orders that are compared again once the leakage is known.
+/// Number of orders compared again once the leakage is known.
 const COMPARED: usize = 6;
-/// By how much the criterion of more parameters must be less.
+/// By how much the criterion of more parameters must be lower.
 const BEYOND_DOUBT: f64 = 10.0;
 /// Rounds of the linear start, and of the correction for leakage.
 const ROUNDS: usize = 6;
 const CORRECTIONS: usize = 3;
-/// The share of a band, of its logarithm, that other data must cover to judge a model of it.
+/// The share of a band, in its logarithm, that other data must cover to validate a model of it.
 const COVERED: f64 = 0.9;
 /// The bandwidth of a Hann window, in cycles per window (Harris, *Proc. IEEE* 66, 1978).
 const BANDWIDTH: f64 = 1.5;
-/// Parts in which the weights of the noise are summed, for all cores.
+/// Number of parts in which the weights of the noise are summed in parallel.
 const PARTS: usize = 4;
 
-/// A transfer function fitted to the frequency response. Of the problem's structure only the offset and how records begin are
-/// heeded.
+/// A transfer function fitted to the frequency response. Of the problem's structure only the offset and the initial state are used.
 #[derive(Clone, Debug, Default)]
 pub struct FrequencyDomain {
-    /// What is sought; `None` to choose.
+    /// The orders; `None` to choose them.
     pub orders: Option<Orders>,
-    /// What is tried where it is to be chosen: poles, zeros and dead time that are given, and what is known.
+    /// Constraints on the choice: given poles, zeros and dead time, and known ones.
     pub given: TransferConstraints,
-    /// The least coherence used; `None` for [`COHERENCE`].
+    /// The lowest coherence used; `None` for [`COHERENCE`].
     pub coherence: Option<f64>,
-    /// The reference of the loop, over the same samples as each record or more; none in open loop.
+    /// The reference of the loop, at least as long as each record; empty in open loop.
     pub references: Vec<Vec<f64>>,
     /// The band of the model that data must cover, rad/s.
     pub covering: Option<(f64, f64)>,
 }
 
-/// What is given of a transfer function.
+/// Constraints on a transfer function.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TransferConstraints {
-    /// Its poles, known ones not counted.
+    /// The number of poles, without known ones.
     pub poles: Option<usize>,
-    /// Its zeros, known ones not counted.
+    /// The number of zeros, without known ones.
     pub zeros: Option<usize>,
     /// Its dead time, s.
     pub delay: Option<f64>,
@@ -98,7 +98,7 @@ pub struct TransferConstraints {
 }
 
 impl TransferConstraints {
-    /// Every choice of what is not given.
+    /// All combinations of orders that satisfy the constraints.
     fn choices(&self) -> Vec<Orders> {
         let poles = self.poles.map_or(1..=MOST_POLES, |it| it..=it);
         let of_poles = |poles: usize| {
@@ -127,20 +127,20 @@ impl TransferConstraints {
 
 /// The points that a transfer function is fitted to.
 struct Fitted<'a> {
-    /// Of each, its number among all, frequency, response and weight.
+    /// For each point its index among all, frequency, response and weight.
     points: Vec<(usize, f64, Complex<f64>, f64)>,
-    /// The inverse square of each one's random error, times its share of a frequency that is told apart.
+    /// The inverse square of each random error, times the point's share of a resolved frequency.
     precisions: Vec<f64>,
     sample_time: f64,
     /// The middle of the band, rad/s.
     middle: f64,
-    /// How many frequencies the windows tell apart.
+    /// The number of frequencies that the windows resolve.
     told_apart: f64,
     spectra: &'a Spectra<'a>,
 }
 
 impl<'a> Fitted<'a> {
-    /// The points of these numbers and frequencies.
+    /// The points with these indices and frequencies.
     fn new(spectra: &'a Spectra<'a>, numbers: &[usize], omegas: &[f64], sample_time: f64) -> Self {
         let points = numbers.iter().map(|at| {
             let point = &spectra.points[*at];
@@ -174,7 +174,7 @@ impl<'a> Fitted<'a> {
 }
 
 impl Fitted<'_> {
-    /// The errors of each point, dB and phase, weighted: their squares sum up to J.
+    /// The weighted errors of each point, dB and phase; their squares sum to J.
     fn errors(&self, orders: &Orders, theta: &DVector<f64>) -> Option<DVector<f64>> {
         let values = theta.component_mul(&orders.scales(self.middle));
         let transfer = orders.transfer(&values).ok()?;
@@ -198,7 +198,7 @@ impl Fitted<'_> {
         (SCALE / self.points.len() as f64).sqrt()
     }
 
-    /// What a relative error of the magnitude counts, and a phase error in rad.
+    /// The weights of a relative error of the magnitude, and of a phase error in rad.
     fn of_decibels(&self) -> f64 {
         self.root() * DECIBEL
     }
@@ -207,7 +207,7 @@ impl Fitted<'_> {
         self.root() * PHASE_WEIGHT.sqrt() * 1_f64.to_degrees()
     }
 
-    /// The longest dead time, s: what the phase allows at the top of the band, and a turn.
+    /// The longest dead time, s: what the phase allows at the top of the band, plus one turn.
     fn longest(&self) -> f64 {
         let phases = unwrapped_phases(self.points.iter().map(|it| it.2));
         let lag = phases
@@ -232,7 +232,7 @@ impl Fitted<'_> {
         }
     }
 
-    /// Where to begin with a dead time, s: least squares on `N - H D`.
+    /// The start for a dead time, s: least squares on `N - H D`.
     fn start(&self, orders: &Orders, delay: f64) -> Option<DVector<f64>> {
         let (m, n) = (orders.zeros + 1, orders.poles);
         let rows = 2 * self.points.len();
@@ -309,7 +309,7 @@ impl Fitted<'_> {
         all.min_by(|p, q| p.1.cost().total_cmp(&q.1.cost()))
     }
 
-    /// The best transfer function of such orders, nearly.
+    /// Approximately the best transfer function of these orders.
     fn best(&self, orders: &Orders) -> Option<(DVector<f64>, Linearised)> {
         let starts: Vec<DVector<f64>> = match orders.delay {
             Some(delay) => self.start(orders, delay).into_iter().collect(),
@@ -330,8 +330,8 @@ impl Fitted<'_> {
             .min_by(|p, q| p.1.cost().total_cmp(&q.1.cost()))
     }
 
-    /// Orders, the best first: the one of fewest parameters whose criterion is not beyond doubt more than the least. In open loop
-    /// an unstable system would not have been recorded.
+    /// Sorts orders, the best first: the one with the fewest parameters whose criterion is not clearly above the smallest. In open loop an
+    /// unstable system could not have been recorded.
     fn choose(&self, choices: &[Choice], may_be_unstable: bool) -> Vec<(Candidate, DVector<f64>)> {
         let tried = on_all_cores(choices, |(orders, near)| {
             let (theta, at) = match near {
@@ -381,11 +381,11 @@ impl Fitted<'_> {
     }
 }
 
-/// Orders to be tried, and parameters nearby where those are known.
+/// Orders to try, and nearby parameters if known.
 type Choice = (Orders, Option<DVector<f64>>);
 
 impl FrequencyDomain {
-    /// The same for the orders that were found, of data that covers the band.
+    /// The same with the orders found, for data that covers the band.
     #[must_use]
     pub fn of_found(&self, found: &Estimate) -> Self {
         let fit = found.frequency.as_ref();
@@ -423,7 +423,7 @@ impl FrequencyDomain {
 impl Estimator for FrequencyDomain {
     fn fit(&self, problem: &Problem<'_>) -> Result<Estimate> {
         const NONE: IdentificationError = IdentificationError::Undetermined(
-            "the frequency response determines no transfer function",
+            "the frequency response does not determine a transfer function",
         );
         let choices = match self.orders {
             Some(orders) => vec![orders],
@@ -431,7 +431,8 @@ impl Estimator for FrequencyDomain {
         };
         if choices.is_empty() {
             return Err(IdentificationError::Option(format!(
-                "the frequency domain takes transfer functions with more poles than zeros: {} at most as large as {}",
+                "the frequency domain needs transfer functions with more poles than zeros: {} \
+                 must be at most as large as {}",
                 option("numerator"),
                 option("order")
             )));
@@ -508,13 +509,13 @@ impl Estimator for FrequencyDomain {
 
     fn learner(&self, _: &Problem<'_>) -> Result<Box<dyn Recursive>> {
         Err(IdentificationError::Option(
-            "the frequency domain has no recursive form".to_owned(),
+            "the frequency domain method has no recursive form".to_owned(),
         ))
     }
 }
 
 impl Fitted<'_> {
-    /// What a stable model leaves of each record; `None` of one that is not, whose simulation says nothing.
+    /// The simulation errors of each record with a stable model; `None` for an unstable one, whose simulation has no meaning.
     fn left(
         &self,
         candidate: &Candidate,
@@ -532,7 +533,7 @@ impl Fitted<'_> {
         Ok(Some(sampled.left))
     }
 
-    /// The response without what the windows leak.
+    /// Corrects the response for leakage of the windows.
     fn correct(
         &mut self,
         candidate: &Candidate,
@@ -551,7 +552,7 @@ impl Fitted<'_> {
         Some(())
     }
 
-    /// The covariance of the search's parameters, for noise of such a spectrum at each point.
+    /// The covariance of the search's parameters, for noise with this spectrum at each point.
     fn covariance(
         &self,
         orders: &Orders,
@@ -608,7 +609,7 @@ impl Fitted<'_> {
     }
 }
 
-/// The spectrum of errors at frequencies, rad/s, as the variance of white noise of that spectrum: by the autoregression that whitens
+/// The spectrum of errors at frequencies, rad/s, as the variance of white noise with that spectrum, from the autoregression that whitens
 /// them.
 fn spectrum(errors: &[Vec<f64>], omegas: &[f64], sample_time: f64) -> Vec<f64> {
     let d = whitening(errors.iter().map(Vec::as_slice));

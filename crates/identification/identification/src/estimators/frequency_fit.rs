@@ -1,4 +1,4 @@
-//! A frequency response and the transfer function with a dead time that was fitted to it.
+//! A frequency response, and the transfer function with a dead time fitted to it.
 
 use nalgebra::{DMatrix, DVector};
 use planesman_linear::{Complex, DelayedLoop};
@@ -22,11 +22,11 @@ pub struct Candidate {
 /// A frequency response and the transfer function of it.
 #[derive(Clone, Debug)]
 pub struct FrequencyFit {
-    /// The response, at rising frequencies.
+    /// The response, at increasing frequencies.
     pub points: Vec<Point>,
     /// Lengths of the windows, samples.
     pub windows: Vec<usize>,
-    /// The least coherence used.
+    /// The lowest coherence used.
     pub coherence: f64,
     /// The lowest and the highest frequency used, rad/s.
     pub band: (f64, f64),
@@ -44,7 +44,7 @@ pub struct FrequencyFit {
     pub covariance: DMatrix<f64>,
     /// J.
     pub cost: f64,
-    /// The orders tried, the best first.
+    /// The orders tried, best first.
     pub candidates: Vec<Candidate>,
 }
 
@@ -97,14 +97,14 @@ impl FrequencyFit {
             .replace("))", ")")
     }
 
-    /// The response and the model's at each frequency, for a table or a plot.
+    /// The measured and the model's response at each frequency, for a table or a plot.
     #[must_use]
     pub fn rows(&self, sample_time: f64) -> Vec<Row> {
         let held = HeldInputTransfer::new(&self.transfer, sample_time).ok();
         rows(&self.points, &self.used, |omega| held.as_ref()?.at(omega))
     }
 
-    /// The response of the model to samples of a held input at a frequency, rad/s.
+    /// The model's response under zero-order hold at a frequency, rad/s.
     #[must_use]
     pub fn model_at(&self, omega: f64, sample_time: f64) -> Option<Complex<f64>> {
         HeldInputTransfer::new(&self.transfer, sample_time)

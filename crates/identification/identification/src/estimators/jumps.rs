@@ -1,55 +1,55 @@
-//! Detects that the parameters of a recursion have jumped.
+//! Detects jumps in the parameters of a recursion.
 //!
-//! Beside the recursion, which remembers all rows, run three others of a later start. Each is held against the first by
-//! the test for a change of regression (Chow, *Econometrica* 28, 1960):
+//! Three further recursions that started later run in parallel with the main one, which remembers all rows. Each is compared with it by the
+//! test for a change of regression (Chow, *Econometrica* 28, 1960):
 //! ```text
 //! S = (V_all - V_before - V_since) / s2
 //! ```
-//! `V` are sums of squared residuals: of all rows, of those before the later start, of those since. `s2` is the noise's
-//! variance. Without a jump S follows the chi-square distribution with as many degrees of freedom as parameters, p; it stays below
-//! `p + 2 sqrt(p x) + 2 x` with a probability of at least `1 - exp(-x)` (Laurent and Massart, *Annals of Statistics* 28, 2000).
-//! Above it, the recursion of the later start takes over: what was learnt before is forgotten, and no row since is lost.
+//! `V` are sums of squared residuals: of all rows, of those before the later start, of those after it. `s2` is the noise's variance.
+//! Without a jump S follows the chi-square distribution with as many degrees of freedom as parameters, p; it stays below
+//! `p + 2 sqrt(p x) + 2 x` with a probability of at least `1 - exp(-x)` (Laurent and Massart, *Annals of Statistics* 28, 2000). If S is
+//! larger, the recursion with the later start takes over: everything before its start is forgotten, and no row after it is lost.
 //!
-//! - **Starts.** One recursion starts where the prediction errors begin to grow: where the cumulative sum of the
-//!   likelihood ratio of a larger variance leaves zero (Page, *Biometrika* 41, 1954). It finds large jumps at
-//!   once. Two start every 64 and every 256 rows. They find small jumps and drift.
-//! - **Noise.** `s2` is the larger of the variance before and since, and of the variance since alone: more noise is not a jump. It is
-//!   not below half a percent of the output's changes from sample to sample: a nonlinearity of that size is not a jump.
-//! - **Coloured residuals** make S larger than the distribution says. So S is divided by the mean that it usually had at the end of a
-//!   window, over p, where that is above 1.
-//! - **Outliers.** A single error counts as three standard deviations at most in the cumulative sum.
+//! - **Starts.** One recursion starts when the prediction errors begin to grow: when the cumulative sum of the log-likelihood ratio of a
+//!   larger variance leaves zero (Page, *Biometrika* 41, 1954). It finds large jumps at once. Two others start every 64 and every 256 rows.
+//!   They find small jumps and drift.
+//! - **Noise.** `s2` is the larger of two variances: of the rows before and after, and of the rows after alone. So more noise is not a
+//!   jump. It is at least half a percent of the output's changes from sample to sample: a nonlinearity of that size is not a jump.
+//! - **Coloured residuals** make S larger than this distribution. So S is divided by its usual mean at the end of a window, over p, if that
+//!   is above 1.
+//! - **Outliers.** A single error counts as at most three standard deviations in the cumulative sum.
 
 use nalgebra::DVector;
 
 use crate::rls::RecursiveLeastSquares;
 
-/// `x`: the logarithm of how rare a false alarm is in one test of Gaussian residuals.
+/// `x`: the negative logarithm of the false-alarm probability in one test of Gaussian residuals.
 const RARITY: f64 = 16.0;
 /// Windows, rows.
 const PERIODS: [u64; 2] = [64, 256];
-/// A model has to rest on this many rows per parameter before it is compared.
+/// Minimum number of rows per parameter before a model is compared.
 const ROWS_PER_PARAMETER: f64 = 2.0;
-/// The larger variance that the cumulative sum tests for, over the noise's.
+/// The larger variance of the cumulative sum's test, over the noise's.
 const RATIO: f64 = 4.0;
-/// The cumulative sum from which on errors count as grown.
+/// The cumulative sum above which errors count as grown.
 const GROWN: f64 = 5.0;
-/// The largest error that counts, in standard deviations.
+/// Larger errors are limited to this, in standard deviations.
 const LARGEST: f64 = 3.0;
-/// The least noise, over the root mean square of the output's changes.
+/// The smallest noise, over the root mean square of the output's changes.
 const LEAST_NOISE: f64 = 0.005;
-/// How many windows the usual statistic begins with, at 1 per parameter, and what a window counts once another has come.
+/// The initial number of windows in the usual statistic, at 1 per parameter, and the weight of a window after each later one.
 const FIRST_WINDOWS: f64 = 3.0;
 const FADING: f64 = 0.95;
 
-/// A recursion of a later start.
+/// A recursion with a later start.
 #[derive(Clone, Debug)]
 struct Challenger {
     rls: RecursiveLeastSquares,
     /// `V_before`, output unit squared.
     cost_before: f64,
-    /// S at the last row; `None` with too few rows before or since.
+    /// S at the last row; `None` with too few rows before or after.
     statistic: Option<f64>,
-    /// Sum of S / p over past windows, and their number, both fading.
+    /// Sum of S / p over past windows, and their number, both with forgetting.
     usual: f64,
     windows: f64,
 }
@@ -65,7 +65,7 @@ impl Challenger {
         }
     }
 
-    /// Ends a window in which nothing has jumped. More than `limit` is not usual.
+    /// Ends a window without a jump. Values above `limit` do not count as usual.
     fn end_window(&mut self, limit: f64) {
         if let Some(statistic) = self.statistic {
             self.usual = FADING * self.usual + statistic.min(limit) / self.rls.size() as f64;
@@ -73,14 +73,14 @@ impl Challenger {
         }
     }
 
-    /// Starts about `theta`, after what `all` has learnt.
+    /// Starts at `theta`, after the rows of `all`.
     fn start(&mut self, all: &RecursiveLeastSquares, theta: &DVector<f64>) {
         self.rls.restart_about(theta);
         self.cost_before = all.cost();
         self.statistic = None;
     }
 
-    /// Takes a row that `all` has taken.
+    /// Takes a row that `all` has processed.
     fn update(
         &mut self,
         all: &RecursiveLeastSquares,
@@ -105,7 +105,7 @@ impl Challenger {
             .then(|| (all.cost() - self.cost_before - since) / variance);
     }
 
-    /// S over what it usually is.
+    /// S relative to its usual value.
     fn surprise(&self) -> f64 {
         let usual = (self.usual / self.windows).max(1.0);
         self.statistic.map_or(0.0, |it| it / usual)
@@ -115,7 +115,7 @@ impl Challenger {
 /// Watches a recursion for jumps.
 #[derive(Clone, Debug)]
 pub(super) struct JumpDetector {
-    /// That of the cumulative sum, then those of [`PERIODS`].
+    /// The one of the cumulative sum, then those of [`PERIODS`].
     challengers: [Challenger; 3],
     /// The cumulative sum.
     sum: f64,
@@ -129,7 +129,7 @@ pub(super) struct JumpDetector {
 }
 
 impl JumpDetector {
-    /// A detector beside a recursion before its first row.
+    /// A detector for a recursion before its first row.
     pub(super) fn new(rls: &RecursiveLeastSquares) -> Self {
         let p = rls.size() as f64;
         let mut challenger = Challenger::new(rls);
@@ -144,8 +144,8 @@ impl JumpDetector {
         }
     }
 
-    /// Folds a row into `rls`, whose parameters are `theta` and whose prediction misses it by `error`. Returns, when they have jumped, on how
-    /// many rows the estimate rests now.
+    /// Adds a row to `rls`, whose parameters are `theta` and whose prediction error is `error`. After a jump, returns the number of rows on
+    /// which the estimate is now based.
     pub(super) fn update(
         &mut self,
         rls: &mut RecursiveLeastSquares,
@@ -194,7 +194,7 @@ impl JumpDetector {
     }
 }
 
-/// The logarithm of the likelihood ratio of a larger variance, of one error.
+/// The log-likelihood ratio of a larger variance, for one error.
 fn growth(rls: &RecursiveLeastSquares, row: &[f64], error: f64, least: f64) -> f64 {
     let is_learnt = rls.weight() > ROWS_PER_PARAMETER * rls.size() as f64;
     let variance = rls.noise_variance().filter(|_| is_learnt).unwrap_or(0.0);

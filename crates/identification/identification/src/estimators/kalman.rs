@@ -1,18 +1,16 @@
-//! State and parameters of the vehicle's equations together, by an extended Kalman filter: what the
-//! thesis names as future work (Brunner 1988, p. 93: it "might be able to compensate" disturbances
-//! and biases).
+//! Estimates state and parameters of the vehicle's equations together by an extended Kalman filter, which the thesis proposes as future
+//! work (Brunner 1988, p. 93: it "might be able to compensate" disturbances and biases).
 //!
 //! ```text
 //! x = (q, theta[, w], kappa, beta, mu, bias)
 //! x_dot = f(x, u): the vehicle's equations, parameters and bias constant or drifting
 //! y = q + bias + noise
 //! ```
-//! (Equations: [`super::vehicle`].) Mean and transition matrix are carried from sample to sample by one
-//! Runge-Kutta step of both; the covariance is corrected in Joseph's form, which stays symmetric and
-//! positive. A filter that begins far off linearises in the wrong place and is then too sure of
-//! itself (Ljung, *IEEE Trans. Autom. Control* 24, 1979): over records at hand, [`VehicleFilter`](super::VehicleFilter) passes
-//! again, from the pitch coefficients with which it ended and the covariance with which it began. What is
-//! known of heave beforehand is what each pass begins with.
+//! (Equations: [`super::vehicle`].) One Runge-Kutta step propagates mean and transition matrix from sample to sample; the covariance is
+//! corrected in Joseph's form, which stays symmetric and positive. A filter with a poor start linearises at the wrong place and then
+//! underestimates its uncertainty (Ljung, *IEEE Trans. Autom. Control* 24, 1979). So for complete records
+//! [`VehicleFilter`](super::VehicleFilter) makes further passes, from the final pitch coefficients and the initial covariance. Each pass
+//! begins with the prior knowledge of heave.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -21,10 +19,10 @@ use super::physical::{NAMES, Physical, UNKNOWNS};
 use super::vehicle::Vehicle;
 use crate::error::{IdentificationError, Result};
 
-/// Where the filter begins and what it takes for noise.
+/// Initial values and noise levels of the filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// `kappa`, `beta`, `mu` before the first sample.
+    /// Initial `kappa`, `beta`, `mu`.
     pub parameters: [f64; UNKNOWNS],
     /// Their standard deviations.
     pub deviations: [f64; UNKNOWNS],
@@ -50,14 +48,14 @@ pub struct Filter {
     sample_time: f64,
     x: DVector<f64>,
     p: DMatrix<f64>,
-    /// Follows the motion and learns nothing.
+    /// Whether the filter only follows the motion, without learning.
     frozen: bool,
     error: Option<f64>,
 }
 
 impl Settings {
     /// # Errors
-    /// [`IdentificationError`], when a deviation is negative or not finite, or the noise is 0.
+    /// [`IdentificationError`], if a deviation is negative or not finite, or the noise is 0.
     fn check(&self) -> Result<()> {
         let sizes = [
             self.bias_deviation,
@@ -74,7 +72,7 @@ impl Settings {
         }
         if !(self.noise > 0.0 && self.noise.is_finite()) {
             return Err(IdentificationError::Option(
-                "the Kalman filter needs noise above 0".to_owned(),
+                "the Kalman filter needs a noise above 0".to_owned(),
             ));
         }
         Ok(())
@@ -85,7 +83,7 @@ impl Filter {
     /// A filter before its first sample.
     ///
     /// # Errors
-    /// [`IdentificationError`], when a deviation is negative or not finite, or the noise is 0.
+    /// [`IdentificationError`], if a deviation is negative or not finite, or the noise is 0.
     pub fn new(vehicle: Vehicle, sample_time: f64, settings: Settings) -> Result<Self> {
         settings.check()?;
         if sample_time.is_nan() || sample_time <= 0.0 {
@@ -107,7 +105,7 @@ impl Filter {
         Ok(filter)
     }
 
-    /// The coefficients found so far.
+    /// The current estimate of the coefficients.
     #[must_use]
     pub fn physical(&self) -> Physical {
         let (n, unknowns) = (self.vehicle.states(), self.vehicle.unknowns());
@@ -117,10 +115,10 @@ impl Filter {
         }
     }
 
-    /// Takes other noises and drifts from the next sample on; what it began with stays.
+    /// Uses other noises and drifts from the next sample on; the initial values are kept.
     ///
     /// # Errors
-    /// As [`Filter::new`]; nothing changes then.
+    /// Like [`Filter::new`]; on an error nothing changes.
     pub fn set_settings(&mut self, settings: Settings) -> Result<()> {
         settings.check()?;
         self.settings = settings;
@@ -145,13 +143,13 @@ impl Filter {
         )
     }
 
-    /// The bias found so far, output unit.
+    /// The current estimate of the bias, output unit.
     #[must_use]
     pub fn bias(&self) -> f64 {
         self.x[self.x.len() - 1]
     }
 
-    /// All coefficients as found so far, those of heave included.
+    /// The current estimate of all coefficients, including heave.
     pub(super) fn coefficients(&self) -> DVector<f64> {
         self.coefficients_at(&self.x)
     }
@@ -186,7 +184,7 @@ impl Filter {
         (f, slope)
     }
 
-    /// Mean and covariance over one interval.
+    /// Propagates mean and covariance over one interval.
     fn predict(&mut self, u: f64) {
         let dt = self.sample_time;
         let size = self.x.len();
@@ -213,7 +211,7 @@ impl Filter {
         self.p[(size - 1, size - 1)] += self.settings.bias_drift.powi(2) * dt;
     }
 
-    /// The gain and correction of one measurement.
+    /// Computes gain and correction for one measurement.
     fn correct(&mut self, y: f64) {
         let size = self.x.len();
         let mut h = DVector::zeros(size);
@@ -275,8 +273,7 @@ impl Recursive for Filter {
         self.error
     }
 
-    /// Frozen, the unknowns' gains are 0: their covariance still counts in the motion's (Schmidt 1966), and does
-    /// not change.
+    /// If frozen, the unknowns' gains are 0: their covariance still affects the motion's (Schmidt 1966), and does not change.
     fn set_frozen(&mut self, frozen: bool) {
         self.frozen = frozen;
     }

@@ -3,9 +3,8 @@
 //! ```text
 //! y_k = -a1 y_(k-1) - ... - an y_(k-n) + b1 u_(k-d) + ... + bm u_(k-d-m+1) + constant
 //! ```
-//! Rows begin where a whole history exists; none is invented, so records may begin in motion.
-//! Measurement noise biases it, which every other method here avoids: the noise in
-//! `y_(k-i)` draws the poles towards a smoother's (Brunner 1988, Table 9: roots near -0.4).
+//! Rows begin where a complete history exists, so records may begin in motion. Measurement noise biases it, unlike the other methods here:
+//! the noise in `y_(k-i)` pulls the poles towards a smoother's (Brunner 1988, Table 9: roots near -0.4).
 
 use super::estimate::{Error, Estimate};
 use super::estimator::{Estimator, Recursive};
@@ -15,7 +14,7 @@ use crate::batch::Triangle;
 use crate::error::Result;
 use crate::structure::Problem;
 
-/// Least squares on the equation error, as the thesis.
+/// Least squares on the equation error, as in the thesis.
 #[derive(Clone, Copy, Debug)]
 pub struct LeastSquares;
 

@@ -1,12 +1,12 @@
-//! Nonlinear least squares by Gauss-Newton steps, damped where the model is not nearly linear.
+//! Nonlinear least squares by Gauss-Newton steps, damped where the model is strongly nonlinear.
 //!
 //! ```text
 //! minimise V = |e(theta)|^2,   psi = -de/dtheta
 //! (psi'psi + mu diag(psi'psi)) step = psi'e
 //! ```
-//! (Levenberg 1944; Marquardt 1963, whose diagonal makes the step independent of the parameters'
-//! units.) Here each step is a least-squares problem of its own, solved by QR, so nothing is squared;
-//! [`super::normal_equations`] solves the equations as they stand, without the rows of psi. Both take their steps by [`descend`].
+//! (Levenberg 1944; Marquardt 1963, whose diagonal makes the step independent of the parameters' units.) Each step is a separate
+//! least-squares problem, solved by QR, so that no condition number is squared; [`super::normal_equations`] solves the normal equations
+//! without the rows of psi. Both use [`descend`].
 
 use nalgebra::{DMatrix, DVector};
 
@@ -14,28 +14,28 @@ use crate::batch::Triangle;
 use crate::error::{IdentificationError, Result};
 use planesman_parallel::stop_point;
 
-/// Steps at most; ten are usual.
+/// Maximum number of steps; ten are usual.
 const STEPS: usize = 200;
-/// Dampings tried within one step before the search ends.
+/// Maximum number of dampings tried within one step.
 const TRIALS: usize = 25;
-/// A step that would lower the cost by less than this share of it is the last.
+/// The search ends when a step would lower the cost by less than this share.
 const MIN_COST_DECREASE: f64 = 1e-12;
 
-/// What one damping leads to.
+/// The result of one damping.
 pub(crate) enum Trial<P> {
     /// A lower cost at these parameters.
     Lower(DVector<f64>, P),
     /// No lower cost: more damping is needed.
     NotLower,
-    /// No step is worth taking.
+    /// The search has converged.
     Done,
 }
 
-/// Damped steps from parameters and what is known there, at most so many, each with at most so many dampings, until none
-/// lowers the cost or the step to the next point `is_last`.
+/// Takes damped steps from given parameters, at most `steps`, each with at most `trials` dampings, until none lowers the cost or `is_last`
+/// holds for a step.
 ///
 /// # Errors
-/// Those of a trial.
+/// Errors of a trial.
 pub(crate) fn descend<P>(
     (mut theta, mut here): (DVector<f64>, P),
     (steps, trials): (usize, usize),
@@ -80,7 +80,7 @@ pub(crate) struct Linearised {
 }
 
 impl Linearised {
-    /// `V`; infinite where the model overflows.
+    /// `V`; infinite if the model overflows.
     pub(super) fn cost(&self) -> f64 {
         let cost = self.errors.norm_squared();
         if cost.is_finite() {
@@ -91,11 +91,10 @@ impl Linearised {
     }
 }
 
-/// The least cost near `start`, and the errors and slopes there.
+/// The minimum of the cost near `start`, with the errors and slopes there.
 ///
 /// # Errors
-/// [`IdentificationError`], when the errors at `start` or the slopes at the minimum are not finite or do not
-/// determine every parameter.
+/// [`IdentificationError`], if the errors at `start` or the slopes at the minimum are not finite or do not determine every parameter.
 pub(super) fn minimise(
     start: DVector<f64>,
     linearise: impl Fn(&DVector<f64>) -> Linearised,
@@ -103,7 +102,7 @@ pub(super) fn minimise(
     lowered(start, (STEPS, 0.0), linearise)
 }
 
-/// The same in so many steps at most, the last of which lowers the cost by less than a share of it.
+/// The same with a limit on the number of steps and on the relative decrease of the cost in the last one.
 ///
 /// # Errors
 /// As [`minimise`].
@@ -141,7 +140,7 @@ pub(super) fn lowered(
     Ok((found.0, found.1.0))
 }
 
-/// The linear problem at a point, its columns of equal length.
+/// The linear problem at a point, with columns of equal length.
 struct Valley {
     triangle: Triangle,
     scales: Vec<f64>,
@@ -149,12 +148,12 @@ struct Valley {
 }
 
 impl Valley {
-    /// `None` when nothing slopes.
+    /// `None` if all slopes are zero.
     fn of(at: &Linearised) -> Result<Option<Self>> {
         let mut scales = lengths(&at.slopes);
         if scales.iter().any(|scale| !scale.is_finite()) {
             return Err(IdentificationError::Search(
-                "the search left the range of the numbers",
+                "the search left the range of floating-point numbers",
             ));
         }
         let largest = scales.iter().copied().fold(0.0, f64::max);
@@ -171,7 +170,7 @@ impl Valley {
         }))
     }
 
-    /// The damped step, and the fall of the cost that a linear model would give.
+    /// The damped step, and the decrease of the cost predicted by the linear model.
     fn step(&self, damping: f64) -> Option<(DVector<f64>, f64)> {
         let damped = self.triangle.clone().damped(damping.max(1e-20).sqrt());
         let scaled = damped.solution().ok()?;
@@ -188,7 +187,7 @@ fn lengths(slopes: &DMatrix<f64>) -> Vec<f64> {
 /// `(psi'psi)^-1`, computed with columns of equal length.
 ///
 /// # Errors
-/// [`IdentificationError`], when the slopes do not determine every parameter.
+/// [`IdentificationError`], if the slopes do not determine every parameter.
 pub(super) fn unit_covariance(at: &Linearised) -> Result<DMatrix<f64>> {
     let factor = unit_factor(at)?;
     Ok(&factor * factor.transpose())

@@ -16,15 +16,17 @@ use super::vehicle::Vehicle;
 use super::vehicle_fit::{VehicleFilter, VehicleSearch};
 
 planesman_wording::choices! {
-    /// The estimators that a user can ask for.
+    /// The estimators available to users.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum Method {
         #[default]
         Automatic = "automatic": "Output error, Box-Jenkins or ARX, with order and delay, by cross-validation",
         OutputError = "output_error": "Minimises the simulation error; no bias from noise of any colour",
-        BoxJenkins = "box_jenkins": "Output error with an autoregressive noise model; for disturbances",
+        BoxJenkins = "box_jenkins": "Output error with an autoregressive noise model; for \
+            disturbances",
         Armax = "armax": "Minimises the one-step error, with a noise model; for disturbances and feedback",
-        LeastSquares = "least_squares": "Minimises the equation error, as the thesis; for clean data",
+        LeastSquares = "least_squares": "Minimises the equation error, as in the thesis; for \
+            clean data",
         N4sid = "n4sid": "Subspace method without a search: poles from states by canonical variates (Jansson 2003)",
         Fir = "fir": "Finite impulse response by least squares, its length by the Bayesian criterion",
         Process = "process": "Gain, one or two time constants and dead time, in continuous time; for step tests",
@@ -38,54 +40,54 @@ planesman_wording::choices! {
     }
 }
 
-/// What sets some methods apart: the rest of the suite asks for it, never for a list of methods.
+/// Properties of methods; the rest of the suite queries these instead of listing methods.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Property {
-    /// It fits a model with a static curve in front of the dynamics or behind them.
+    /// It can fit a static curve in front of the dynamics or behind them.
     TakesCurve,
     /// It fits a static gain, a model of order 0.
     FitsGain,
-    /// Its models have no poles: an order is their number of coefficients, which it chooses itself.
+    /// Its models have no poles: an order is their number of coefficients, which it can choose itself.
     HasNoPoles,
-    /// Order and delay that the options leave open are searched by the information criteria.
+    /// Open orders and delays are chosen by information criteria.
     SearchedByCriteria,
-    /// It knows a step test: an output that stood still until the step begins at rest.
+    /// It recognises a step test: if the output is constant until the step, the record begins at rest.
     KnowsStepTests,
     /// Its model without a noise model has the noise in the equation, not in the output.
     HasNoiseInEquation,
-    /// Its standard deviations hold for noise of any colour, even where that is in the equation.
+    /// Its standard deviations are valid for noise of any colour, even in the equation.
     AllowsForColour,
-    /// A simulated record of a bootstrap is fitted from the poles of the estimate.
+    /// In a bootstrap, simulated records are fitted from the poles of the estimate.
     StartsFromPoles,
-    /// It learns a sample at a time, by forgetting factor and covariance.
+    /// It learns sample by sample, with forgetting factor and covariance.
     IsRecursive,
-    /// It estimates the coefficients of the vehicle's equations, whose order is given.
+    /// It estimates the coefficients of the vehicle's equations, which define the order.
     IsOfTheVehicle,
 }
 
-/// Knowledge that some methods begin with.
+/// Prior knowledge that some methods use.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Knowledge {
     /// The vehicle.
     pub vehicle: Vehicle,
-    /// The noise on the output as a standard deviation, where it is known.
+    /// The standard deviation of the output noise, if known.
     pub noise: Option<f64>,
     /// Standard deviation of the sensor's bias drift in one second, output unit.
     pub bias_drift: f64,
     /// Standard deviation of the output's change by disturbances in one second, output unit.
     pub disturbance: f64,
-    /// Coefficients of a finite impulse response; `None` for a criterion to choose.
+    /// Number of coefficients of a finite impulse response; `None` for a criterion to choose.
     pub length: Option<usize>,
     /// The form of a process model; `None` for a criterion to choose.
     pub process: Option<Form>,
-    /// The least coherence that a transfer function is fitted by; `None` for 0.6.
+    /// The lowest coherence used to fit a transfer function; `None` for 0.6.
     pub coherence: Option<f64>,
-    /// How the recursive methods learn.
+    /// Options of the recursive methods.
     pub recursion: Options,
 }
 
 impl Method {
-    /// Its properties, of each method in one row.
+    /// The properties of each method, one row per method.
     fn properties(self) -> &'static [Property] {
         use Property::{
             AllowsForColour, FitsGain, HasNoPoles, HasNoiseInEquation, IsOfTheVehicle, IsRecursive,
@@ -132,7 +134,7 @@ impl Method {
         all.filter(move |it| it.has(property))
     }
 
-    /// Whether it estimates the coefficients of the vehicle's equations, whose order is given.
+    /// Whether it estimates the coefficients of the vehicle's equations, which define the order.
     #[must_use]
     pub fn is_of_the_vehicle(self) -> bool {
         self.has(Property::IsOfTheVehicle)

@@ -1,23 +1,22 @@
-//! The estimators, behind one trait.
+//! The estimators, all with one trait.
 //!
 //! | estimator | minimises, or solves | consistent when the noise is |
 //! |---|---|---|
 //! | [`LeastSquares`] | the equation error `A y - B u`, by QR | white in the equation (rarely so) |
 //! | [`Armax`] | the one-step error of `A y = B u + C e` | a moving average through the plant's poles |
-//! | [`WarmStarted`] | output error or Box-Jenkins, warm-started from poles that are known nearly | as output error |
-//! | [`OutputError`] | the simulated error `y - (B/A) u` | anything the input does not cause |
-//! | [`N4sid`] | states by canonical variates, then the simulated error with the poles given | anything the input does not cause |
+//! | [`WarmStarted`] | output error or Box-Jenkins, started from approximately known poles | as output error |
+//! | [`OutputError`] | the simulated error `y - (B/A) u` | anything independent of the input |
+//! | [`N4sid`] | states by canonical variates, then the simulated error with these poles | anything independent of the input |
 //! | [`Wiener`] | output error with a static curve behind the dynamics | as output error |
-//! | [`Fir`] | the error of a weighted sum of past inputs | anything the input does not cause |
+//! | [`Fir`] | the error of a weighted sum of past inputs | anything independent of the input |
 //! | [`Recursively`] | least squares, ARMAX, output error, a sample at a time | as those |
-//! | [`Process`] | the simulated error of a gain, one or two time constants and a dead time | anything the input does not cause |
-//! | [`FrequencyDomain`] | the error of a transfer function with dead time against the frequency response, in dB and phase | anything the input, or the reference, does not cause |
-//! | [`VehicleSearch`] | the simulated error of the vehicle's own equations | anything the input does not cause |
-//! | [`VehicleFilter`] | state and coefficients of the same, by a Kalman filter | white, beside a drifting bias |
-//! | [`TwoStages`] | any of these on the part of the input that a reference causes | anything the reference does not cause |
+//! | [`Process`] | the simulated error of a gain, one or two time constants and a dead time | anything independent of the input |
+//! | [`FrequencyDomain`] | the error of a transfer function with dead time against the frequency response, in dB and phase | anything independent of the input, or of the reference |
+//! | [`VehicleSearch`] | the simulated error of the vehicle's own equations | anything independent of the input |
+//! | [`VehicleFilter`] | state and coefficients of the same, by a Kalman filter | white, with a drifting bias |
+//! | [`TwoStages`] | any of these on the part of the input that a reference causes | anything independent of the reference |
 //!
-//! Source: Ljung, *System Identification*, 2nd ed., 1999, ch. 7, 10, 11;
-//! what the thesis used is the first (Brunner, NPS thesis, 1988, ch. V).
+//! Source: Ljung, *System Identification*, 2nd ed., 1999, ch. 7, 10, 11. The thesis used the first (Brunner, NPS thesis, 1988, ch. V).
 
 mod armax;
 mod coloured;

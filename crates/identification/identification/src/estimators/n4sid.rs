@@ -1,10 +1,9 @@
 //! A subspace method: poles from states, everything else by least squares.
 //!
-//! States by canonical variates of an equation of high order, and their step from sample to sample, give the poles
-//! ([`crate::states`]; Jansson 2003, in the family of N4SID, Van Overschee and De Moor 1994). With the poles given,
-//! numerator, offset and the motion at the beginning enter the simulated output linearly. No search: no local minimum,
-//! and not the least error either. The covariance is that of an output error model at this point, which the method
-//! approaches but does not reach.
+//! States by canonical variates of a high-order equation, and their transition from sample to sample, give the poles ([`crate::states`];
+//! Jansson 2003, in the family of N4SID, Van Overschee and De Moor 1994). With these poles, numerator, offset and initial motion enter the
+//! simulated output linearly. There is no search, so no local minimum, but the error is not the smallest either. The covariance is that of
+//! an output error model at this point, which is close to the method's estimate but not its exact minimum.
 
 use super::estimate::Estimate;
 use super::estimator::{Estimator, Recursive};
@@ -20,9 +19,9 @@ use crate::structure::{InitialState, Problem, Structure, variance};
 use nalgebra::DVector;
 use planesman_record::Run;
 
-/// Rows for each of its parameters at least.
+/// Minimum number of rows for each of its parameters.
 const ROWS_PER_PARAMETER: usize = 4;
-/// Singular values of its regressors are kept above this share of the largest.
+/// Relative ridge that limits the smallest singular values of its regressors.
 const RIDGE: f64 = 1e-8;
 
 /// Subspace identification by canonical variates.
@@ -50,7 +49,7 @@ impl Estimator for N4sid {
     }
 }
 
-/// `a1 ... an` from the states; of a long record in the part where its input varies most.
+/// `a1 ... an` from the states; for a long record from the part where its input varies most.
 fn poles(problem: &Problem<'_>) -> Option<Vec<f64>> {
     let order = problem.structure.poles;
     let part = problem.part().unwrap_or_else(|| problem.clone());
@@ -96,7 +95,7 @@ fn poles(problem: &Problem<'_>) -> Option<Vec<f64>> {
     found.into_iter().nth(order.checked_sub(1)?)
 }
 
-/// `a1 ... aL, b0 ... bL` and constants of an equation of high order, and Akaike's criterion for each row: a higher order has fewer.
+/// `a1 ... aL, b0 ... bL` and constants of a high-order equation, and Akaike's criterion per row, because a higher order has fewer rows.
 fn high_order(
     runs: &[(&[f64], &[f64])],
     order: usize,

@@ -4,10 +4,9 @@
 //! e = D (y - (B/A) u - (M/A) impulse - offset),   psi = -de/dtheta
 //! (psi'psi + mu diag(psi'psi)) step = psi'e       summed over the parts that count
 //! ```
-//! The columns of `psi` are shifts of four signals, so `psi'psi` needs the correlations of those only: an entry
-//! further down a diagonal differs from the one above by its ends. Nothing as large as the record is stored.
-//! `D = 1 + d1 q^-1 + ...` whitens the residual: with `v = e/D` the noise, the least error is that of a Box-Jenkins
-//! model whose noise is autoregressive (Ljung 1999, sec. 4.2 and 10.2).
+//! The columns of `psi` are shifts of four signals, so `psi'psi` needs only their correlations: entries along a diagonal differ only by
+//! terms at the ends. Nothing as large as the record is stored. `D = 1 + d1 q^-1 + ...` whitens the residual: with noise `v = e/D`, the
+//! minimum is that of a Box-Jenkins model with autoregressive noise (Ljung 1999, sec. 4.2 and 10.2).
 
 use std::ops::Range;
 
@@ -21,7 +20,7 @@ use super::sums::dot;
 use crate::structure::{Layout, Problem};
 use planesman_record::filter;
 
-/// Dampings tried within one step before the search ends.
+/// Maximum number of dampings tried within one step.
 const TRIALS: usize = 12;
 
 /// A part of a record.
@@ -33,14 +32,14 @@ pub(crate) struct Part {
     pub(crate) samples: Range<usize>,
 }
 
-/// A search for the least error.
+/// Settings of a search for the smallest error.
 #[derive(Clone, Copy, Debug)]
 pub struct Search {
-    /// Steps at most.
+    /// Maximum number of steps.
     pub steps: usize,
-    /// A step that lowers the cost by less than this share of it is the last.
+    /// The search ends when a step lowers the cost by less than this share.
     pub enough: f64,
-    /// The largest magnitude of a pole; infinite for models without.
+    /// The largest magnitude of a pole; infinite for models without poles.
     pub radius: f64,
 }
 
@@ -50,12 +49,12 @@ pub(super) struct Signals {
     pub(super) outputs: Vec<f64>,
     pub(super) constant: Vec<f64>,
     pub(super) impulse: Vec<f64>,
-    /// Samples at the beginning that do not count: their input is not known, or their whitened residual needs values before.
+    /// Number of first samples to ignore: their input is not known, or their whitened residual needs earlier values.
     pub(super) lead: usize,
 }
 
 impl Signals {
-    /// Of each record of a problem, through `1, d1, ..., dk`.
+    /// The signals of each record of a problem, filtered by `1, d1, ..., dk`.
     pub(super) fn of(problem: &Problem<'_>, whitening: &[f64]) -> Vec<Self> {
         let through = |values: &[f64]| filter(whitening, &[1.0], values);
         let pairs = problem.runs.iter().zip(problem.driving());
@@ -75,7 +74,7 @@ impl Signals {
     }
 }
 
-/// The records, ready to be gone through with any parameters.
+/// The records, prepared for evaluation with any parameters.
 pub(crate) struct NormalEquations {
     layout: Layout,
     signals: Vec<Signals>,
@@ -102,7 +101,7 @@ pub struct Total {
 }
 
 impl NormalEquations {
-    /// The records of a problem, the residual whitened by `1, d1, ..., dk`; `[1]` leaves it.
+    /// The records of a problem, with the residual whitened by `1, d1, ..., dk`; `[1]` for no whitening.
     pub(crate) fn new(problem: &Problem<'_>, whitening: &[f64]) -> Self {
         Self {
             layout: problem.layout(),
@@ -203,7 +202,7 @@ impl NormalEquations {
         normals
     }
 
-    /// The normal equations over parts at `theta`; `None` when a number is not finite.
+    /// The normal equations over parts at `theta`; `None` if a number is not finite.
     pub(crate) fn total(&self, theta: &DVector<f64>, parts: &[Part]) -> Option<Total> {
         let normals = self.normals(theta, parts);
         let mut total = Total {
@@ -225,7 +224,7 @@ impl NormalEquations {
         finite.then_some(total)
     }
 
-    /// The poles given, everything else that comes nearest the outputs of the parts: it enters linearly.
+    /// With given poles, computes all other parameters, which enter linearly, by least squares over the parts.
     pub(crate) fn completed(&self, a: &[f64], parts: &[Part]) -> Option<DVector<f64>> {
         let (n, count) = (a.len(), self.layout.count());
         let mut theta = DVector::zeros(count);
@@ -245,7 +244,7 @@ impl NormalEquations {
         Some(theta)
     }
 
-    /// The parameters of the least error over the parts near `start`, and the error's sum of squares.
+    /// Minimises the error over the parts, from `start`; returns the parameters and the sum of squares.
     pub(crate) fn minimised(
         &self,
         start: DVector<f64>,
@@ -262,8 +261,8 @@ impl NormalEquations {
     }
 }
 
-/// The parameters of the least error near `start` by its normal equations, each step brought `within` what the parameters may be, and
-/// the error's sum of squares. `None` where `start` has none.
+/// Minimises the error by its normal equations, from `start`, with each step limited by `within`; returns the parameters and the sum of
+/// squares. `None` if the error at `start` is not defined.
 pub fn least(
     start: DVector<f64>,
     search: Search,
@@ -284,7 +283,7 @@ pub fn least(
     Some((theta, here.cost))
 }
 
-/// So many samples of the sum of signals through numerators: each signal shifted by a sample for each coefficient.
+/// The first `count` samples of the sum of signals filtered by numerators: each signal is shifted by one sample per coefficient.
 pub(crate) fn shifted_sum(count: usize, of: [(&[f64], &Vec<f64>); 2]) -> Vec<f64> {
     let mut sum = vec![0.0; count];
     for (numerator, signal) in of {
@@ -298,7 +297,7 @@ pub(crate) fn shifted_sum(count: usize, of: [(&[f64], &Vec<f64>); 2]) -> Vec<f64
     sum
 }
 
-/// `signal / A` from rest, in the transposed form: the sums of one sample do not wait for each other.
+/// `signal / A` from rest, in the transposed form, in which the sums of one sample are independent of each other.
 pub(crate) fn through_poles(a: &[f64], signal: &[f64]) -> Vec<f64> {
     let mut state = vec![0.0; a.len()];
     let order = a.len() - 1;
@@ -356,7 +355,7 @@ pub(crate) fn information(
     information
 }
 
-/// `sum f(k-s) g(k-t)` over samples k; nothing is before the first.
+/// `sum f(k-s) g(k-t)` over samples k, with zeros before the first.
 pub(crate) fn correlation(f: &[f64], s: usize, g: &[f64], t: usize, samples: &Range<usize>) -> f64 {
     let first = samples.start.max(s).max(t);
     if first >= samples.end {
@@ -368,7 +367,7 @@ pub(crate) fn correlation(f: &[f64], s: usize, g: &[f64], t: usize, samples: &Ra
     )
 }
 
-/// The step `(H + mu diag H)^-1 g`; `None` when H is not positive definite even so.
+/// The step `(H + mu diag H)^-1 g`; `None` if that matrix is not positive definite.
 pub(crate) fn damped(
     information: &DMatrix<f64>,
     gradient: &DVector<f64>,

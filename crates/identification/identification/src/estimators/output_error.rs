@@ -1,8 +1,8 @@
-//! Output error: the model with the least simulation error.
+//! Output error: the model with the smallest simulation error.
 //!
-//! The noise never enters the regressors ([`super::simulator`] has the equations), so it leaves no bias; with white
-//! noise it is the maximum likelihood estimate (Ljung 1999, sec. 7.3). The search begins at the best of several starts
-//! ([`super::starts`]), for the cost has other valleys.
+//! The noise does not enter the regressors ([`super::simulator`] has the equations), so it causes no bias; with white noise this is the
+//! maximum likelihood estimate (Ljung 1999, sec. 7.3). The search begins at the best of several starts ([`super::starts`]), because the
+//! cost has other local minima.
 
 use super::estimate::Estimate;
 use super::estimator::{Estimator, Recursive};
@@ -25,7 +25,7 @@ impl Estimator for OutputError {
             .filter_map(|start| minimise(start, |theta| simulator.linearised(theta)).ok());
         let least = minima.min_by(|p, q| p.1.cost().total_cmp(&q.1.cost()));
         let (theta, at) = least.ok_or(IdentificationError::Search(
-            "the search for the least output error found no minimum",
+            "the search for the smallest output error found no minimum",
         ))?;
         simulator.estimate(theta, &at)
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// `kappa`, `beta`, `mu`: what nothing is known of beforehand.
+/// The number of `kappa`, `beta`, `mu`, for which there is no prior knowledge.
 pub const UNKNOWNS: usize = planesman_linear::pitch::PITCH;
 
 /// The coefficients' names, the unknown ones first.
@@ -16,11 +16,10 @@ pub const NAMES: [&str; 7] = [
     "heave from input",
 ];
 
-/// The vehicle's own coefficients, as found.
+/// Estimated coefficients of the vehicle's equations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Physical {
-    /// `kappa` (output unit per input unit per s), `beta` (1/s), `mu` (1/s^2), and those of heave that
-    /// were sought.
+    /// `kappa` (output unit per input unit per s), `beta` (1/s), `mu` (1/s^2), and the estimated coefficients of heave.
     pub values: DVector<f64>,
     /// Their covariance.
     pub covariance: DMatrix<f64>,
@@ -37,8 +36,7 @@ impl Physical {
             .collect()
     }
 
-    /// `K`, `B`, `M_theta` when the moment of inertia is known from elsewhere (ratios are all that a record
-    /// tells): name, value and standard deviation.
+    /// `K`, `B`, `M_theta` for a given moment of inertia (a record determines only ratios): name, value and standard deviation.
     #[must_use]
     pub fn with_inertia(&self, inertia: f64) -> [(&'static str, f64, f64); UNKNOWNS] {
         let scaled = |i: usize| (self.values[i] * inertia, self.deviation(i) * inertia);

@@ -5,16 +5,16 @@
 //! i    K e^(-theta s) / s                                2u    K e^(-theta s) / ((s/wn)^2 + 2 zeta s/wn + 1)
 //! 1i   K e^(-theta s) / (s (T1 s + 1))
 //! ```
-//! With the input held over each interval the sampled model is exact. `s_k` the response to a unit step at k samples less the
-//! fraction of the dead time, `A` the sampled denominator,
+//! Under zero-order hold the sampled model is exact. `s_k` the response to a unit step at k samples less the fraction of the dead time, `A`
+//! the sampled denominator,
 //! ```text
 //! B(q) = A(q) (1 - q^-1) (s_1 q^-1 + s_2 q^-2 + ...)     one coefficient more than poles
 //! ```
-//! The few parameters are sought by the least simulated error, from the best points of a grid; the covariance is that of a
-//! residual of any colour. Whitened errors would tell a dead time by the one sample at which the response begins, which no
-//! slope describes.
-//! Where the input before a record is not known, it stood at its first known value. A record in motion has an initial state;
-//! one at rest, an output that stood as well. An integrating process has a level of the input at which its output stands.
+//! The few parameters minimise the simulated error, from the best points of a grid; the covariance allows for a residual of any colour. The
+//! errors are not whitened: whitened errors would determine a dead time from the single sample at which the response begins, which no slope
+//! describes. If the input before a record is not known, it is assumed to have been constant at its first known value. A record in motion
+//! has an initial state; in a record at rest the output was constant too. An integrating process has an input level at which its output is
+//! constant.
 //!
 //! Source: Ljung 1999, sec. 4.2 and 10.2; the forms as in Astrom and Hagglund, *Advanced PID Control*, 2006, ch. 2.
 
@@ -39,25 +39,25 @@ const UNDETERMINED: IdentificationError =
 const TIME_CONSTANTS: usize = 14;
 const NEXT_DEAD_TIME: f64 = 1.2;
 const DAMPING_RATIOS: [f64; 4] = [0.2, 0.5, 1.1, 2.5];
-/// Points of it that a search begins at.
+/// Number of grid points at which a search begins.
 const STARTS: usize = 3;
-/// A dead time this near to a whole sample, where the slope over it jumps, may lie at it.
+/// A dead time this near to a whole sample, where the slope jumps, may be exactly there.
 const NEAR_A_SAMPLE: f64 = 0.05;
-/// Blocks of each part that is left out.
+/// Blocks in each part that is left out.
 const BLOCKS_PER_PART: usize = 10;
-/// The longest dead time, samples: what a record keeps from before it holds it.
+/// The longest dead time, samples, limited by the samples kept from before a record.
 const LONGEST_DEAD_TIME: usize = LONGEST_PAST - 10;
-/// Time constants: the shortest in samples, the longest in lengths of the records.
+/// Time constants: the shortest in samples, the longest in record lengths.
 const SHORTEST: f64 = 0.02;
 const LONGEST: f64 = 100.0;
 /// Damping ratios.
 const LEAST_DAMPED: f64 = 1e-3;
 const MOST_DAMPED: f64 = 1e3;
 
-/// How the records of a process model begin.
+/// Initial state of the records of a process model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Begins {
-    /// As the problem has it.
+    /// As in the problem.
     AsGiven,
     /// At rest with this input.
     AtRest(f64),
@@ -66,7 +66,7 @@ pub enum Begins {
 }
 
 impl Begins {
-    /// The initial state to be sought, and the input at rest.
+    /// The initial state to estimate, and the input at rest.
     fn of(self, problem: &Problem<'_>) -> (InitialState, f64) {
         match self {
             Self::AsGiven => (problem.structure.start, 0.0),
@@ -76,16 +76,16 @@ impl Begins {
     }
 }
 
-/// The process model of least simulated error. Of the problem's structure only the offset and how records begin are heeded.
+/// The process model with the smallest simulated error. Of the problem's structure only the offset and the initial state are used.
 #[derive(Clone, Debug)]
 pub struct Process {
-    /// The form; `Second` and `Underdamped` are one family, of which the data says which it is unless `is_named`.
+    /// The form; `Second` and `Underdamped` are one family, and the data decides between them unless `is_named`.
     pub form: Form,
-    /// Whether a pair of poles stays as the form has it: real, or complex.
+    /// Whether a pair of poles must be of the form's kind, real or complex.
     pub is_named: bool,
-    /// How records begin.
+    /// Initial state of the records.
     pub begins: Begins,
-    /// A model nearby, which spares the grid.
+    /// A nearby model, which makes the grid unnecessary.
     pub near: Option<ProcessModel>,
 }
 
@@ -101,11 +101,11 @@ impl Process {
         }
     }
 
-    /// The errors of simulations of parts of the records that were left out of the fit, one part in so many at a time,
-    /// each from a search near the model.
+    /// The errors of cross-validation: parts of the records are left out of the fit, one in `parts` at a time, and simulated. Each search
+    /// begins near the model.
     ///
     /// # Errors
-    /// As [`Estimator::fit`].
+    /// Like [`Estimator::fit`].
     pub(crate) fn left_out(&self, problem: &Problem<'_>, parts: usize) -> Result<Vec<Vec<f64>>> {
         let model = self.near.as_ref().ok_or(UNDETERMINED)?;
         let search = Search::new(self, problem);
@@ -155,18 +155,18 @@ impl Estimator for Process {
 
 /// The signals of a record.
 struct Signals {
-    /// What drives it, from so many samples before it as the longest dead time has.
+    /// The input, starting as many samples earlier as the longest dead time.
     driving: Vec<f64>,
-    /// The same of an input of 1.
+    /// The same for a constant input of 1.
     ones: Vec<f64>,
     outputs: Vec<f64>,
 }
 
-/// A search. Its parameters are the gain, the shape, the dead time in samples, the level of the input where that is sought,
-/// and offset and initial state of each record.
+/// A search. Its parameters are the gain, the shape, the dead time in samples, the input level if estimated, and offset and initial state
+/// of each record.
 struct Search<'a> {
     of: &'a Process,
-    /// Of the sampled model, with the delay that a dead time below one sample has.
+    /// The sampled model's layout, with the delay for a dead time below one sample.
     layout: Layout,
     sample_time: f64,
     signals: Vec<Signals>,
@@ -257,7 +257,7 @@ impl<'a> Search<'a> {
         self.rest_at() + self.layout.count() - self.sampled_count()
     }
 
-    /// The level of the input at which an integrating process stands.
+    /// The input level at which an integrating process is constant.
     fn level(&self, theta: &DVector<f64>) -> f64 {
         match self.has_level() {
             true => theta[self.delay_at() + 1],
@@ -265,14 +265,14 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The dead time in whole samples and the fraction; below 0 all of it is the fraction.
+    /// The dead time in whole samples and the fraction; a negative dead time is all fraction.
     fn split(&self, theta: &DVector<f64>) -> (usize, f64) {
         let delay = theta[self.delay_at()];
         let whole = delay.max(0.0).floor();
         (whole as usize, delay - whole)
     }
 
-    /// Whether shape and dead time are within what is sought.
+    /// Whether shape and dead time are within the search's limits.
     fn is_inside(&self, theta: &DVector<f64>) -> bool {
         let at = self.delay_at();
         let (shortest, longest) = (SHORTEST, LONGEST * self.longest.max(1) as f64);
@@ -288,7 +288,7 @@ impl<'a> Search<'a> {
         shape_is && (-1.0..=self.longest as f64).contains(&theta[at])
     }
 
-    /// `a1 ... an`, `b1 ... bm` of the sampled model for a gain of 1, and their slopes over shape and dead time.
+    /// `a1 ... an`, `b1 ... bm` of the sampled model for a gain of 1, and their slopes by shape and dead time.
     fn sampled(&self, theta: &DVector<f64>) -> (Vec<f64>, Vec<f64>, DMatrix<f64>) {
         const BY: f64 = 1e-5;
         let at = self.delay_at();
@@ -313,7 +313,7 @@ impl<'a> Search<'a> {
         (a, b, slopes)
     }
 
-    /// What drives record `run` behind a delay of so many samples beyond one, about a level.
+    /// The input of record `run` minus a level, delayed by `whole` samples beyond one.
     fn driving(&self, run: usize, whole: usize, level: f64) -> Vec<f64> {
         let of = &self.signals[run];
         let first = of.driving.len() - of.outputs.len() - 1 - whole;
@@ -396,7 +396,7 @@ impl<'a> Search<'a> {
         (self.layout.offset(run).map(shift), motion)
     }
 
-    /// Shape and dead time given, all else that comes nearest the outputs.
+    /// With given shape and dead time, computes all other parameters by least squares.
     fn completed(&self, shape: &[f64], delay: f64) -> Option<DVector<f64>> {
         let at = self.delay_at();
         let mut theta = DVector::zeros(self.count());
@@ -424,7 +424,7 @@ impl<'a> Search<'a> {
         theta.iter().all(|it| it.is_finite()).then_some(theta)
     }
 
-    /// Where to begin near a model.
+    /// The start near a model.
     fn near(&self, model: &ProcessModel) -> Option<DVector<f64>> {
         let values = model.values.as_slice();
         let (last, middle) = values.split_last()?;
@@ -438,7 +438,7 @@ impl<'a> Search<'a> {
         self.completed(&shape, last / self.sample_time)
     }
 
-    /// Where to begin: the best points of a grid of shapes and dead times.
+    /// Starts: the best points of a grid of shapes and dead times.
     fn starts(&self) -> Vec<DVector<f64>> {
         let longest = self.longest.max(2) as f64;
         let mut delays = vec![0];
@@ -484,7 +484,7 @@ impl<'a> Search<'a> {
             .collect()
     }
 
-    /// The least squared errors for a shape with each of the dead times and half a sample.
+    /// The smallest squared errors for a shape with each of the dead times plus half a sample.
     fn costs(&self, shape: &[f64], delays: &[usize]) -> Vec<f64> {
         let (a, b) = self.of.form.sampled(shape, 0.5, self.sample_time);
         let den = monic(&a);
@@ -541,7 +541,7 @@ impl<'a> Search<'a> {
         sums.into_iter().map(cost).collect()
     }
 
-    /// The least error near a start. Poles of the kind that was not asked for meet: both are at `-wn`.
+    /// The minimum of the error near a start. If poles would change to the kind not asked for, both are set to `-wn`.
     fn least(&self, start: DVector<f64>) -> Result<(DVector<f64>, Linearised)> {
         const ZETA: usize = 2;
         let found = self.least_with(start, &[])?;
@@ -631,7 +631,7 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// The sampled model's parameters, and their slopes over the search's.
+    /// The sampled model's parameters, and their slopes by the search's parameters.
     fn coefficients(&self, theta: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
         let (n, count, gain) = (self.layout.structure.poles, self.sampled_count(), theta[0]);
         let (a, b, by) = self.sampled(theta);
@@ -657,7 +657,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// `num(q^-1) / den(q^-1)` from rest, in the transposed form: the sums of one sample do not wait for each other.
+/// `num(q^-1) / den(q^-1)` from rest, in the transposed form, in which the sums of one sample are independent of each other.
 fn filtered(num: &[f64], den: &[f64], signal: &[f64]) -> Vec<f64> {
     let order = num.len().max(den.len());
     let mut state = vec![0.0; order];

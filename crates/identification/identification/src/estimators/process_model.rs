@@ -1,4 +1,4 @@
-//! The forms of process models, their response and its slopes, and a model as found (`process` has the forms written out).
+//! The forms of process models, their responses with slopes, and an estimated model (`process` lists the forms).
 
 use nalgebra::{DMatrix, DVector};
 use planesman_linear::polynomial::product;
@@ -37,7 +37,7 @@ planesman_wording::choices! {
 }
 
 impl Form {
-    /// Its transfer function in words.
+    /// The transfer function as text.
     #[must_use]
     pub const fn equation(self) -> &'static str {
         match self {
@@ -49,7 +49,7 @@ impl Form {
         }
     }
 
-    /// Its parameters, each with its unit; the gain is in the output's unit per the input's, of an integrator per s.
+    /// The parameters, each with its unit; the gain is in the output's unit per the input's, and per s for an integrator.
     #[must_use]
     pub const fn parameters(self) -> &'static [(&'static str, &'static str)] {
         match self {
@@ -67,7 +67,7 @@ impl Form {
         matches!(self, Self::Integrator | Self::IntegratorWithLag)
     }
 
-    /// Its poles but for the integrator.
+    /// The number of poles, without the integrator.
     pub(super) const fn poles(self) -> usize {
         match self {
             Self::Integrator => 0,
@@ -95,7 +95,7 @@ impl Form {
         }
     }
 
-    /// The response to a unit step at a time, for a gain of 1; `shape` holds `ln T1`, or `ln wn` and `ln zeta`.
+    /// The response to a unit step at a time, for a gain of 1; `shape` contains `ln T1`, or `ln wn` and `ln zeta`.
     pub(super) fn step(self, shape: &[f64], time: f64) -> f64 {
         match self {
             Self::Integrator => time,
@@ -125,7 +125,7 @@ impl Form {
         }
     }
 
-    /// `a1 ... an` and `b1 ... bm` for a gain of 1 and a fraction of a sample of dead time.
+    /// `a1 ... an` and `b1 ... bm` for a gain of 1 and a fractional dead time, samples.
     pub(super) fn sampled(
         self,
         shape: &[f64],
@@ -145,8 +145,8 @@ impl Form {
         (a, b.collect())
     }
 
-    /// The parameters by [`Form::parameters`], and their slopes over gain, shape and dead time in samples. Two time constants
-    /// part like a square root where they meet: there the slope is that over the damping ratio's own `spread`.
+    /// The parameters in the order of [`Form::parameters`], and their slopes by gain, shape and dead time in samples. Two time constants
+    /// separate like a square root where they coincide: there the slope uses the damping ratio's own `spread`.
     pub(super) fn natural(
         self,
         gain: f64,
@@ -181,7 +181,7 @@ impl Form {
     }
 }
 
-/// Of two poles: the decay rate, and the free motion `e^(-decay t)` times cos and sin (or cosh and sinh) over their rate.
+/// For two poles: the decay rate, and the free motion `e^(-decay t)` times cos and sin (or cosh and sinh) over their rate.
 fn motion(shape: &[f64], time: f64) -> (f64, f64, f64) {
     let (omega, zeta) = (libm::exp(shape[0]), libm::exp(shape[1]));
     let decay = zeta * omega;
@@ -199,16 +199,16 @@ fn motion(shape: &[f64], time: f64) -> (f64, f64, f64) {
     (decay, (slow + fast) / 2.0, (slow - fast) / (2.0 * rate))
 }
 
-/// A process model as found.
+/// An estimated process model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProcessModel {
     /// Its form.
     pub form: Form,
-    /// Its parameters, by [`Form::parameters`].
+    /// Parameters in the order of [`Form::parameters`].
     pub values: DVector<f64>,
     /// Their covariance.
     pub covariance: DMatrix<f64>,
-    /// All that was sought: with levels and initial states.
+    /// The number of all estimated values, including levels and initial states.
     pub sought: usize,
 }
 
@@ -223,7 +223,7 @@ impl ProcessModel {
         })
     }
 
-    /// Numerator and denominator in s, the highest power first, and the dead time, s.
+    /// Numerator and denominator in s, highest power first, and the dead time, s.
     #[must_use]
     pub fn transfer(&self) -> (Vec<f64>, Vec<f64>, f64) {
         let v = self.values.as_slice();

@@ -1,11 +1,11 @@
 //! The recursive estimators.
 //!
-//! All are one recursion (Ljung and Soederstrom, *Theory and Practice of Recursive Identification*,
-//! 1983, ch. 3): a prediction `phi . theta`, its error, and the prediction's slope `psi`
+//! All share one recursion (Ljung and Soederstrom, *Theory and Practice of Recursive Identification*, 1983, ch. 3): a prediction
+//! `phi . theta`, its error, and the prediction's slope `psi`
 //! ```text
 //! theta += P psi e,   P^-1 = lambda P^-1 + psi psi'
 //! ```
-//! kept in square-root form ([`RecursiveLeastSquares`]): the row folded in is `psi`, its output `psi . theta + e`.
+//! in square-root form ([`RecursiveLeastSquares`]): the added row is `psi`, its output `psi . theta + e`.
 //!
 //! | kind | phi | psi |
 //! |---|---|---|
@@ -14,9 +14,9 @@
 //! | prediction error (RML2) | `-y, u, 1, e` | phi / C |
 //! | output error | `-x, u, 1` | phi / A, but for the offset |
 //!
-//! `e` are residuals with the parameters just found, `x` the model's own output. A step that would make
-//! the filter (C, or A) unstable is halved until it does not. For an input that moves within an interval
-//! phi holds its first moments too ([`Recursion::with_moments`]).
+//! `e` are residuals with the latest parameters, `x` is the model's own output. A step that would make the filter (C, or A) unstable is
+//! halved until the filter is stable. For an input that moves within an interval, phi also contains its first moments
+//! ([`Recursion::with_moments`]).
 
 use std::collections::VecDeque;
 
@@ -44,19 +44,18 @@ pub enum Kind {
     OutputError,
 }
 
-/// How the past is forgotten.
+/// The kind of forgetting.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Forgetting {
     /// The forgetting factor per sample, in every direction.
     Constant(f64),
-    /// The same, and all that came before a jump of the parameters once it is detected: by (extended) least
-    /// squares. The other two recursions take it for constant.
+    /// The same; in addition, after a detected jump of the parameters, everything before it is forgotten. Only for (extended) least
+    /// squares. The other two recursions treat it as constant.
     OnJump(f64),
-    /// The same, only in the direction of the new row: what it says nothing about is kept (Cao and
-    /// Schwartz, *Automatica* 36, 2000).
+    /// The same, but only in the direction of the new row: other directions are kept (Cao and Schwartz, *Automatica* 36, 2000).
     Directional(f64),
-    /// As much as surprise calls for: `lambda = 1 - e^2 / ((1 + phi'P phi) information)`, not below
-    /// `least` (Fortescue, Kershenbaum and Ydstie, *Automatica* 17, 1981).
+    /// Depends on the prediction error: `lambda = 1 - e^2 / ((1 + phi'P phi) information)`, at least `least` (Fortescue, Kershenbaum and
+    /// Ydstie, *Automatica* 17, 1981).
     Variable {
         /// The smallest lambda.
         least: f64,
@@ -65,24 +64,24 @@ pub enum Forgetting {
     },
 }
 
-/// How a recursion learns.
+/// Options of a recursion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// How the past is forgotten.
+    /// The kind of forgetting.
     pub forgetting: Forgetting,
     /// p0, parameter unit squared per output unit squared.
     pub initial_covariance: f64,
     /// The limit of the trace of P; `None` for no limit.
     pub covariance_limit: Option<f64>,
-    /// Errors up to this size teach nothing, output unit; 0 for none.
+    /// Errors up to this size cause no update, output unit; 0 for none.
     pub dead_zone: f64,
 }
 
 impl Options {
-    /// The forgetting factor of the rows themselves, before [`Recursion`] forgets in its own way.
+    /// The forgetting factor of the rows themselves; [`Recursion`] implements the other kinds.
     ///
     /// # Errors
-    /// [`IdentificationError`], when an option has no meaning.
+    /// [`IdentificationError`], if an option is invalid.
     fn row_forgetting(&self) -> Result<f64> {
         let refuse = |reason: &str| Err(IdentificationError::Option(reason.to_owned()));
         if self
@@ -107,8 +106,8 @@ impl Options {
 }
 
 impl Default for Options {
-    /// Nothing forgotten, and a weak prior, `p0 = 1e8`, for records at hand. Live identification has a default of its
-    /// own, 1e18: the node's parameter `initial_covariance`.
+    /// No forgetting, and a weak prior, `p0 = 1e8`, for complete records. Live identification has its own default, 1e18: the node's
+    /// parameter `initial_covariance`.
     fn default() -> Self {
         Self {
             forgetting: Forgetting::Constant(1.0),
@@ -119,10 +118,10 @@ impl Default for Options {
     }
 }
 
-/// Where forgetting begins in the kinds whose first slopes are wrong, and how fast it ends.
+/// Initial forgetting of the kinds whose first slopes are wrong, and how fast it ends.
 const FIRST_FORGETTING: f64 = 0.05;
 const FORGETTING_FADES: f64 = 0.98;
-/// Halvings of a step that would be unstable before it is not taken at all.
+/// Maximum number of halvings of an unstable step; after that the step is skipped.
 const HALVINGS: usize = 8;
 
 /// One of the recursions.
@@ -133,14 +132,14 @@ pub struct Recursion {
     layout: Layout,
     sample_time: f64,
     rls: RecursiveLeastSquares,
-    /// Watches for jumps, if they are to be forgotten upon.
+    /// The jump detector, if jumps cause forgetting.
     detector: Option<JumpDetector>,
-    /// The rows that the estimate rests on, where the last sample has shown a jump.
+    /// The number of rows on which the estimate is based, if the last sample has shown a jump.
     jump: Option<u64>,
     jumps: u64,
-    /// First moments are regressed on.
+    /// Whether first moments are regressors.
     with_moments: bool,
-    /// Predicts and learns nothing.
+    /// Whether the recursion only predicts, without learning.
     frozen: bool,
     /// Newest first: outputs (or the model's), residuals, slopes.
     outputs: VecDeque<f64>,
@@ -148,14 +147,14 @@ pub struct Recursion {
     slopes: VecDeque<DVector<f64>>,
     inputs: Driving,
     moments: Driving,
-    /// Samples since the history began.
+    /// Number of samples since the history began.
     since: usize,
-    /// The history began amid motion that has been learnt from.
+    /// Whether the history began during a motion that had already been learnt from.
     resumed: bool,
     error: Option<f64>,
 }
 
-/// An input, and what is known of the structure times it; newest first.
+/// An input, and its product with the known factors; newest first.
 #[derive(Clone, Debug, Default)]
 struct Driving {
     raw: VecDeque<f64>,
@@ -187,10 +186,10 @@ impl Driving {
 }
 
 impl Recursion {
-    /// Before the first sample.
+    /// A recursion before the first sample.
     ///
     /// # Errors
-    /// [`IdentificationError`], when an option has no meaning, or the structure no parameters.
+    /// [`IdentificationError`], if an option is invalid, or the structure has no parameters.
     pub fn new(
         kind: Kind,
         structure: Structure,
@@ -223,11 +222,11 @@ impl Recursion {
         })
     }
 
-    /// The same, before its first sample, that regresses on the input's first moments too: as many
-    /// coefficients as the numerator has, after the offset.
+    /// The same, before its first sample, with the input's first moments as additional regressors: as many coefficients as the numerator
+    /// has, after the offset.
     ///
     /// # Errors
-    /// As [`Recursion::new`].
+    /// Like [`Recursion::new`].
     pub fn with_moments(mut self) -> Result<Self> {
         self.with_moments = true;
         self.rls = RecursiveLeastSquares::new(
@@ -251,10 +250,10 @@ impl Recursion {
         layout.without_motion() + moments + noise
     }
 
-    /// Learns by other options from the next sample on; what it began with stays.
+    /// Uses other options from the next sample on; the initial values are kept.
     ///
     /// # Errors
-    /// [`IdentificationError`], when an option has no meaning; nothing changes then.
+    /// [`IdentificationError`], if an option is invalid; then nothing changes.
     pub fn set_options(&mut self, options: Options) -> Result<()> {
         self.rls.set_forgetting(options.row_forgetting()?)?;
         self.options = options;
@@ -263,8 +262,7 @@ impl Recursion {
         Ok(())
     }
 
-    /// Takes the next output, and the input over the interval that ended with it, which may have
-    /// moved within.
+    /// Takes the next output, and the input over the interval that ended with it, which may have moved during the interval.
     pub fn push_input(&mut self, input: Input, output: f64) {
         self.error = None;
         self.jump = None;
@@ -297,13 +295,13 @@ impl Recursion {
         remember(&mut self.slopes, psi, n.max(1));
     }
 
-    /// The least-squares problem behind it, its columns `a, b, offset, moments, noise`.
+    /// The underlying least-squares problem, with the columns `a, b, offset, moments, noise`.
     #[must_use]
     pub fn rows(&self) -> &RecursiveLeastSquares {
         &self.rls
     }
 
-    /// The rows that the estimate rests on, where the last sample has shown that the parameters had jumped.
+    /// The number of rows on which the estimate is based, if the last sample has shown a jump of the parameters.
     #[must_use]
     pub fn jump(&self) -> Option<u64> {
         self.jump
@@ -327,19 +325,19 @@ impl Recursion {
         self.options
     }
 
-    /// Whether it regresses on first moments.
+    /// Whether first moments are regressors.
     #[must_use]
     pub fn has_moments(&self) -> bool {
         self.with_moments
     }
 
-    /// Where each unknown stands; moments and noise follow.
+    /// The place of each unknown; moments and noise follow.
     #[must_use]
     pub fn layout(&self) -> &Layout {
         &self.layout
     }
 
-    /// The estimate so far; `None` before there are more samples than unknowns.
+    /// The current estimate; `None` until there are more samples than unknowns.
     #[must_use]
     pub fn estimate(&self) -> Option<Estimate> {
         let plain = self.layout.without_motion();
@@ -368,7 +366,7 @@ impl Recursion {
         })
     }
 
-    /// Restores the first covariance about the present estimate: what follows is believed again.
+    /// Restores the initial covariance at the present estimate, so that new samples have full weight again.
     pub fn reset_covariance(&mut self) {
         self.rls.reset_covariance();
         self.detector = detector(self.kind, self.options, &self.rls);
@@ -417,7 +415,7 @@ impl Recursion {
         phi
     }
 
-    /// `1, ...` of the polynomial that the slopes are filtered by.
+    /// `1, ...` of the polynomial that filters the slopes.
     fn filter(&self, theta: &DVector<f64>) -> Vec<f64> {
         let n = self.layout.structure.poles;
         let mut filter = vec![1.0];
@@ -441,7 +439,7 @@ impl Recursion {
         psi
     }
 
-    /// Folds in a row, unless it is not to teach. Returns the parameters then, which were `theta`.
+    /// Adds a row, unless it must not change the estimate. Returns the new parameters; the old ones were `theta`.
     fn learn(
         &mut self,
         phi: &DVector<f64>,
@@ -495,7 +493,7 @@ impl Recursion {
         let _ = self.rls.set_forgetting(lambda);
     }
 
-    /// Halves the step from `before` until the filter is stable. Returns where it leads.
+    /// Halves the step from `before` until the filter is stable. Returns the resulting parameters.
     fn keep_stable(&mut self, before: DVector<f64>) -> DVector<f64> {
         let mut theta = self.rls.parameters();
         let sound = |theta: &DVector<f64>| {
@@ -516,8 +514,8 @@ impl Recursion {
     }
 }
 
-/// The detector of a recursion that forgets on jumps. Only where the slopes are the regressors themselves are the rows'
-/// residuals the prediction errors, which the test takes them for.
+/// The detector of a recursion that forgets after jumps. Only if the slopes equal the regressors are the rows' residuals the prediction
+/// errors, as the test requires.
 fn detector(kind: Kind, options: Options, rls: &RecursiveLeastSquares) -> Option<JumpDetector> {
     let is_tested = matches!(kind, Kind::LeastSquares | Kind::ExtendedLeastSquares);
     let is_asked = matches!(options.forgetting, Forgetting::OnJump(_));
@@ -529,7 +527,7 @@ fn is_stable(polynomial: &[f64]) -> bool {
         || polynomial::roots(polynomial).is_ok_and(|roots| roots.iter().all(|z| z.modulus() <= 1.0))
 }
 
-/// Puts a value in front and keeps no more than `most`.
+/// Inserts a value in front and keeps at most `most`.
 fn remember<T>(values: &mut VecDeque<T>, value: T, most: usize) {
     values.push_front(value);
     values.truncate(most);
@@ -597,7 +595,7 @@ impl Recursive for Recursion {
     }
 }
 
-/// The recursion by which a batch estimator is watched while it learns.
+/// The recursion with which a batch estimator can be followed sample by sample.
 pub(super) fn learner(kind: Kind, problem: &Problem<'_>) -> Result<Box<dyn Recursive>> {
     if problem.structure.delay == 0 {
         let reason = "the recursions take the input before the output: a delay of at least 1";

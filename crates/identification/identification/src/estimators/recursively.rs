@@ -1,4 +1,4 @@
-//! A recursion over whole records, as one of the batch estimators.
+//! A recursion over whole records, as a batch estimator.
 
 use super::equation::Equation;
 use super::estimate::{Error, Estimate};

@@ -1,4 +1,4 @@
-//! Output error and Box-Jenkins from poles that are known nearly.
+//! Output error and Box-Jenkins, started from approximately known poles.
 
 use super::estimate::Estimate;
 use super::estimator::{Estimator, Recursive};
@@ -11,25 +11,26 @@ use super::stability::{drawn_within, held_within, radius_of_memory};
 use crate::error::{IdentificationError, Result};
 use crate::structure::Problem;
 
-/// Rounds of noise model and model; three are usual.
+/// Maximum number of rounds of noise model and model; three are usual.
 const ROUNDS: usize = 5;
-/// The search by normal equations, before the last steps by QR.
+/// Steps of the search by normal equations, before the last steps by QR.
 const STEPS: usize = 60;
 const MIN_COST_DECREASE: f64 = 1e-9;
 
-/// The least output error near given poles.
+/// The smallest output error near given poles.
 #[derive(Clone, Debug)]
 pub struct WarmStarted {
-    /// `a1 ... an`; those of the least output error where there are not n of them.
+    /// `a1 ... an`; if there are not n of them, those of the smallest output error.
     pub poles: Vec<f64>,
-    /// Whether the noise is modelled: `y = (B/A) u + e/D`.
+    /// Whether to model the noise: `y = (B/A) u + e/D`.
     pub noise: bool,
 }
 
 impl Estimator for WarmStarted {
     fn fit(&self, problem: &Problem<'_>) -> Result<Estimate> {
-        let none =
-            IdentificationError::Search("the search for the least output error found no minimum");
+        let none = IdentificationError::Search(
+            "the search for the smallest output error found no minimum",
+        );
         let equations = NormalEquations::new(problem, &[1.0]);
         let whole = equations.whole();
         let samples: usize = whole.iter().map(|part| part.samples.len()).sum();

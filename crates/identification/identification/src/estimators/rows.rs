@@ -1,4 +1,4 @@
-//! The rows of the regression of whole records, and numbers per row or sample as each record's.
+//! The rows of the regression over whole records, and conversion of numbers per row or sample to lists per record.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -10,7 +10,7 @@ pub(super) fn freedom(rows: usize, parameters: usize) -> Result<f64> {
     match rows.checked_sub(parameters) {
         Some(freedom) if freedom > 0 => Ok(freedom as f64),
         _ => Err(IdentificationError::Record(format!(
-            "{rows} rows leave nothing to judge {parameters} parameters by"
+            "{rows} rows are too few to estimate the accuracy of {parameters} parameters"
         ))),
     }
 }
@@ -45,7 +45,7 @@ pub(crate) fn regression(problem: &Problem<'_>) -> (DMatrix<f64>, DVector<f64>) 
     (phi, outputs)
 }
 
-/// Numbers, one per row, as each record's.
+/// Splits numbers, one per row, into records.
 pub(super) fn rows_by_run(problem: &Problem<'_>, rows: &[f64]) -> Vec<Vec<f64>> {
     let first = problem.structure.history();
     let mut rest = rows;
@@ -61,12 +61,12 @@ pub(super) fn rows_by_run(problem: &Problem<'_>, rows: &[f64]) -> Vec<Vec<f64>> 
         .collect()
 }
 
-/// Numbers, one per sample, as each record's.
+/// Splits numbers, one per sample, into records.
 pub(super) fn samples_by_run(problem: &Problem<'_>, samples: &[f64]) -> Vec<Vec<f64>> {
     parts(samples, problem.runs.iter().map(|run| run.outputs.len()))
 }
 
-/// Numbers in parts of these lengths.
+/// Splits numbers into parts of these lengths.
 pub(super) fn parts(numbers: &[f64], lengths: impl Iterator<Item = usize>) -> Vec<Vec<f64>> {
     let mut rest = numbers;
     let part = |length| {
@@ -77,7 +77,7 @@ pub(super) fn parts(numbers: &[f64], lengths: impl Iterator<Item = usize>) -> Ve
     lengths.map(part).collect()
 }
 
-/// 1 at one place, 0 elsewhere.
+/// A unit impulse: 1 at one place, 0 elsewhere.
 pub(crate) fn impulse(at: usize, count: usize) -> Vec<f64> {
     let mut impulse = vec![0.0; count];
     if let Some(value) = impulse.get_mut(at) {

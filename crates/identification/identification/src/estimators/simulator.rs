@@ -1,11 +1,11 @@
-//! Records simulated with any parameters: the output error and its slopes.
+//! Simulates records with any parameters: the output error and its slopes.
 //!
 //! ```text
 //! x = (B/A) u + (M/A) impulse,   yhat = x + offset,   e = y - yhat
 //! dyhat/da_i = -q^-i x / A,   dyhat/db_j = q^-j u / A,   dyhat/dm_i = q^-i impulse / A
 //! ```
-//! `u` has been through what is known and delayed; `M` is there for a record that begins in motion. With a noise
-//! model `1/D` everything goes through `D` first, and the first samples, whose past is missing, do not count.
+//! `u` has been filtered by the known factors and delayed; `M` exists for a record that begins in motion. With a noise model `1/D`
+//! everything is first filtered by `D`, and the first samples, whose past is missing, are ignored.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -18,7 +18,7 @@ use crate::error::Result;
 use crate::structure::{Layout, Problem};
 use planesman_record::filter;
 
-/// The records, ready to be simulated with any parameters.
+/// The records, prepared for simulation with any parameters.
 pub(super) struct Simulator<'a> {
     problem: &'a Problem<'a>,
     layout: Layout,
@@ -124,9 +124,8 @@ impl<'a> Simulator<'a> {
     }
 }
 
-/// A factor of the covariance of theta for a residual of any colour, `(psi'psi)^-1 psi' R psi (psi'psi)^-1` with R
-/// that of the autoregression of the residual; of `variance (psi'psi)^-1` where it is white. The residuals are the errors
-/// of each record.
+/// A factor of the covariance of theta for a residual of any colour, `(psi'psi)^-1 psi' R psi (psi'psi)^-1`, with R from the autoregression
+/// of the residual; for a white residual, of `variance (psi'psi)^-1`. The residuals are the errors of each record.
 pub(super) fn coloured_factor(
     at: &Linearised,
     residuals: &[Vec<f64>],
@@ -135,7 +134,7 @@ pub(super) fn coloured_factor(
     Ok(coloured(unit_factor(at)?, at, residuals, variance))
 }
 
-/// The same with a factor of `(psi'psi)^-1`.
+/// The same, with a given factor of `(psi'psi)^-1`.
 pub(crate) fn coloured(
     unit: DMatrix<f64>,
     at: &Linearised,
@@ -170,9 +169,9 @@ pub(crate) fn coloured(
     unit * triangle.transpose() * (white.sqrt() * lost)
 }
 
-/// What one output adds to the covariance of parameters that several outputs determine together, `U U' psi' R psi U U'`: `unit` is U,
-/// a factor of the inverse of the information of all outputs, `slopes` are psi, and R the covariance of the output's errors, of any
-/// colour and this variance. `residuals` are its errors of each record, one below the other as the rows of psi.
+/// The contribution of one output to the covariance of parameters that several outputs determine together, `U U' psi' R psi U U'`. `unit`
+/// is U, a factor of the inverse information of all outputs; `slopes` are psi; R is the covariance of the output's errors with any colour
+/// and this variance. `residuals` are its errors in each record, one below the other like the rows of psi.
 #[must_use]
 pub fn coloured_covariance(
     unit: &DMatrix<f64>,
@@ -195,9 +194,9 @@ pub fn coloured_covariance(
     &factor * factor.transpose()
 }
 
-/// By how much the standard deviations are larger for the slow part of the noise that the parameters took out of residuals with
-/// colour, `D e` white, from which their covariance is: of the samples that those are worth, `N D(1)^2 var e / V`, as many are lost
-/// twice as there are parameters. 1 for white residuals, whose degrees of freedom are counted already.
+/// The factor on the standard deviations for the slow part of the noise that the fit has removed from coloured residuals (`D e` white). Of
+/// the effective number of samples, `N D(1)^2 var e / V`, twice the number of parameters is lost. 1 for white residuals, whose degrees of
+/// freedom are already taken into account.
 pub(crate) fn lost(d: &[f64], residuals: &[Vec<f64>], parameters: usize) -> f64 {
     let squares = |of: &[f64]| of.iter().map(|e| e * e).sum::<f64>();
     let white: f64 = residuals.iter().map(|of| squares(&whitened(d, of))).sum();

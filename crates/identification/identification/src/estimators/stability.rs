@@ -1,17 +1,17 @@
-//! Poles held within a circle.
+//! Limits poles to a circle.
 
 pub(crate) use planesman_linear::polynomial::lies_within;
 use planesman_linear::{Complex, ComplexFunctions as _, polynomial};
 
 use crate::structure::monic;
 
-/// The largest magnitude of a pole whose memory is no longer than so many samples.
+/// The largest magnitude of a pole whose memory is at most this many samples.
 pub(crate) fn radius_of_memory(samples: usize) -> f64 {
     1.0 - 1.0 / samples.max(2) as f64
 }
 
-/// Radians that a pole turns within the memory of the radius from which it is a resonance: its phase shows, and its
-/// memory may be ten times as long. A slower one cannot be told from drift.
+/// A pole that turns by at least this many radians within the memory of the radius is a resonance: its phase is visible, and its memory may
+/// be ten times as long. A slower one cannot be distinguished from drift.
 const RESONANCE: f64 = 6.0 * std::f64::consts::PI;
 
 /// The largest magnitude that a pole may have.
@@ -23,8 +23,8 @@ fn limit(pole: Complex<f64>, radius: f64) -> f64 {
     }
 }
 
-/// `a1 ... an` with every pole beyond `radius`, a resonance beyond ten times its memory, drawn in along its ray; the inner `None` when there is none
-/// such, the outer when the roots cannot be found.
+/// `a1 ... an` with every pole beyond `radius` (a resonance: beyond ten times its memory) moved inwards along its ray. The inner `None` if
+/// there is no such pole, the outer if the roots cannot be found.
 pub(crate) fn held_within(a: &[f64], radius: f64) -> Option<Option<Vec<f64>>> {
     if lies_within(a, radius) {
         return Some(None);
@@ -46,7 +46,7 @@ pub(crate) fn held_within(a: &[f64], radius: f64) -> Option<Option<Vec<f64>>> {
     Some(Some(drawn_in))
 }
 
-/// The same, or `a` as it is where nothing is drawn in or the roots cannot be found.
+/// The same, or `a` unchanged if no pole is moved or the roots cannot be found.
 pub(super) fn drawn_within(a: &[f64], radius: f64) -> Vec<f64> {
     held_within(a, radius)
         .flatten()

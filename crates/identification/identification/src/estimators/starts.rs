@@ -13,23 +13,21 @@ use crate::error::{IdentificationError, Result};
 use crate::structure::Problem;
 use planesman_record::filter;
 
-/// The first filters, `(1 - rho q^-1)^-n`: from none to the slowest that 20 Hz records call for. The
-/// less noise passes, the nearer the vehicle's poles the rounds begin.
+/// The first filters, `(1 - rho q^-1)^-n`: from none to the slowest for records at 20 Hz. The less noise passes, the nearer to the
+/// vehicle's poles the rounds begin.
 const FIRST_FILTERS: [f64; 4] = [0.0, 0.7, 0.9, 0.97];
 
-/// Decay rates per sample that first guesses of real poles are made of: from the record's length to one
-/// sample.
+/// Number of decay rates per sample for initial guesses of real poles: from the record's length to one sample.
 const RATES: usize = 7;
 
-/// Starts worth going on from.
+/// Number of starts from which the search continues.
 const STARTS: usize = 3;
 
-/// Parameters to begin a search at, those of the least output error first: least squares through
-/// each of the first filters, real poles on a grid, and everything else that goes best with them. Of long
-/// records, the poles that `estimator` finds in a part.
+/// Starts of a search, smallest output error first: least squares with each of the first filters, and real poles on a grid; all other
+/// parameters are computed for these poles. For long records, also the poles that `estimator` finds in a part.
 ///
 /// # Errors
-/// [`IdentificationError`], when the records do not determine every parameter even then.
+/// [`IdentificationError`], if the records do not determine every parameter even then.
 pub(super) fn starts(
     estimator: &dyn Estimator,
     problem: &Problem<'_>,
@@ -60,7 +58,7 @@ pub(super) fn starts(
     }
 }
 
-/// `a1 ... an` of every choice of n real poles from the grid.
+/// `a1 ... an` for every choice of n real poles from the grid.
 fn real_poles(problem: &Problem<'_>) -> Vec<Vec<f64>> {
     let longest = problem
         .runs
@@ -95,7 +93,7 @@ fn real_poles(problem: &Problem<'_>) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// Why no start was found: what least squares says of the record.
+/// Why no start was found, from least squares on the record.
 fn why_not(problem: &Problem<'_>) -> IdentificationError {
     LeastSquares
         .fit(problem)
@@ -105,7 +103,7 @@ fn why_not(problem: &Problem<'_>) -> IdentificationError {
         ))
 }
 
-/// Least squares on rows each of which is a sum over the rows before it: as true as they are.
+/// Least squares on filtered rows, each a sum over earlier rows and so equally valid.
 fn filtered_least_squares(problem: &Problem<'_>, den: &[f64]) -> Option<DVector<f64>> {
     let (mut phi, mut outputs) = regression(problem);
     let first = problem.structure.history();
@@ -127,7 +125,7 @@ fn filtered_least_squares(problem: &Problem<'_>, den: &[f64]) -> Option<DVector<
     Triangle::new(&phi, &outputs).ok()?.solution().ok()
 }
 
-/// The poles given, everything else that comes nearest the output: it enters linearly.
+/// With given poles, computes all other parameters, which enter linearly, by least squares.
 fn completed(problem: &Problem<'_>, simulator: &Simulator<'_>, a: &[f64]) -> Option<DVector<f64>> {
     let count = problem.layout().count();
     let mut theta = DVector::zeros(count);
@@ -139,7 +137,7 @@ fn completed(problem: &Problem<'_>, simulator: &Simulator<'_>, a: &[f64]) -> Opt
     Some(theta)
 }
 
-/// The coefficients with every pole outside the unit circle mirrored into it.
+/// The coefficients with every pole outside the unit circle reflected into it.
 fn stable(a: &[f64]) -> Option<Vec<f64>> {
     let mut polynomial = vec![1.0];
     polynomial.extend(a);

@@ -1,12 +1,11 @@
-//! A step response straight from the data: a finite impulse response by least squares, integrated.
+//! A step response directly from the data: a finite impulse response by least squares, integrated.
 //!
 //! ```text
 //! y_k = g0 u_k + g1 u_(k-1) + ... + gL u_(k-L) + constant + e_k        s_k = g0 + ... + gk
 //! ```
-//! without bias where the noise is independent of the input, whatever its colour (Ljung 1999, sec. 4.2 and 6.1). A long response is
-//! taken constant over blocks of equally many samples, which leaves few unknowns where many samples would make them
-//! uncertain; s is then straight between the blocks' ends. Nothing is assumed of order, delay or what was before the record: rows
-//! begin where all L past inputs are known.
+//! without bias if the noise is independent of the input, whatever its colour (Ljung 1999, sec. 4.2 and 6.1). A long response is assumed
+//! constant over blocks of equal length, which keeps the unknowns few and accurate; s is then linear between the blocks' ends. No
+//! assumption is made about order, delay or the time before the record: rows begin where all L past inputs are known.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -18,23 +17,23 @@ use crate::error::{IdentificationError, Result};
 use crate::structure::Problem;
 use planesman_record::Run;
 
-/// Blocks at most, and rows for each at least.
+/// Maximum number of blocks, and minimum number of rows for each.
 const BLOCKS: usize = 60;
 const ROWS_PER_BLOCK: usize = 10;
 
 /// The output's change after a unit step of the input, without a model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepResponse {
-    /// Of each block the samples from the step to its end, the response there, and its standard deviation, output unit per input unit.
+    /// For each block the samples from the step to its end, the response there, and its standard deviation, output unit per input unit.
     pub points: Vec<(usize, f64, f64)>,
 }
 
 impl StepResponse {
-    /// Of the runs of a problem, whose structure does not count, over `length` samples from the step on. A run that is no longer than that
-    /// tells nothing.
+    /// From the runs of a problem (its structure is not used), over `length` samples from the step on. A run not longer than that is
+    /// ignored.
     ///
     /// # Errors
-    /// [`IdentificationError`], when the runs are too short for the length, or do not determine the response.
+    /// [`IdentificationError`], if the runs are too short for the length, or do not determine the response.
     pub fn new(problem: &Problem<'_>, length: usize) -> Result<Self> {
         let part = problem.part();
         let runs = &part.as_ref().unwrap_or(problem).runs;
@@ -45,7 +44,7 @@ impl StepResponse {
         let most = BLOCKS.min(rows / ROWS_PER_BLOCK);
         if length == 0 || most == 0 {
             return Err(IdentificationError::Record(format!(
-                "{rows} rows tell nothing of a response of {length} samples"
+                "{rows} rows do not determine a response of {length} samples"
             )));
         }
         let width = length.div_ceil(most);

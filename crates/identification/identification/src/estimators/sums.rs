@@ -1,6 +1,6 @@
 //! Sums of products.
 
-/// The scalar product, in eight sums side by side.
+/// The scalar product, as eight parallel sums.
 pub(crate) fn dot(f: &[f64], g: &[f64]) -> f64 {
     let (f, g) = (f.chunks_exact(8), g.chunks_exact(8));
     let rest = (f.remainder().iter().zip(g.remainder())).map(|(f, g)| f * g);

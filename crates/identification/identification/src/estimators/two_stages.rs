@@ -1,14 +1,13 @@
 //! Identification in a closed loop by two stages (Van den Hof and Schrama, *Automatica* 29, 1993).
 //!
-//! Feedback brings the output's noise into the input, and methods that take the two for unrelated are
-//! led astray. The reference has no such noise. First the part of the input that the reference causes is
-//! found by least squares on the reference's past,
+//! Feedback brings the output's noise into the input, which biases methods that assume the two to be independent. The reference has no such
+//! noise. First the part of the input that the reference causes is estimated by least squares on the reference's past,
 //! ```text
 //! u = S r + v,   S = s0 + s1 q^-1 + ... + sL q^-L,   u_r = S r
 //! ```
-//! then the plant from `u_r` to the output. L is doubled as long as Akaike's criterion falls: a term too
-//! many costs little variance, one too few leaves a part of the input to the noise.
-//! The other way is direct: a method with a noise model, on input and output as they are.
+//! then the plant from `u_r` to the output. L is doubled as long as Akaike's criterion falls: a term too many adds little variance, a term
+//! too few leaves a part of the input to the noise. The alternative is the direct method: a method with a noise model on the original input
+//! and output.
 
 use super::estimate::Estimate;
 use super::estimator::{Estimator, Recursive};
@@ -17,19 +16,19 @@ use crate::error::{IdentificationError, Result};
 use crate::structure::{Problem, Structure};
 use planesman_record::{Run, filter};
 
-/// Terms of the first stage: from, to.
+/// Minimum and maximum number of terms in the first stage.
 const TERMS: std::ops::RangeInclusive<usize> = 8..=256;
 
-/// Rows of the first stage for each of its terms at least.
+/// Minimum number of rows in the first stage for each term.
 const ROWS_PER_TERM: usize = 5;
 
-/// An estimator on what references cause.
+/// An estimator applied to the effect of references.
 #[derive(Debug)]
 pub struct TwoStages<'a> {
     /// The estimator of the second stage.
     pub second: &'a dyn Estimator,
-    /// The reference of each record, over the same intervals as the inputs; a record that is a first
-    /// part of another may have the whole one's.
+    /// The reference of each record, over the same intervals as the inputs; for a record that is the first part of another, it may be
+    /// longer.
     pub references: Vec<&'a [f64]>,
 }
 
@@ -37,7 +36,7 @@ impl TwoStages<'_> {
     /// The part of each record's input that its reference causes.
     ///
     /// # Errors
-    /// [`IdentificationError`], when a reference is shorter than its record, or determines nothing.
+    /// [`IdentificationError`], if a reference is shorter than its record, or determines nothing.
     pub fn noise_free_inputs(&self, problem: &Problem<'_>) -> Result<Vec<Vec<f64>>> {
         if self.references.len() != problem.runs.len() {
             return Err(IdentificationError::Record(
@@ -101,8 +100,7 @@ impl Estimator for TwoStages<'_> {
     }
 }
 
-/// The input answers the reference at once: S begins with the sample it is given at. Shifted by
-/// one, that is a model with a delay of one.
+/// The input responds to the reference at once: S includes the current sample. Shifted by one sample, that is a model with a delay of one.
 fn shifted(reference: &[f64], count: usize) -> Result<Vec<f64>> {
     if reference.len() < count {
         return Err(IdentificationError::Record(format!(
@@ -115,7 +113,7 @@ fn shifted(reference: &[f64], count: usize) -> Result<Vec<f64>> {
     Ok(ahead)
 }
 
-/// `0, s0 ... sL` of `u = S r`, the reference a sample ahead.
+/// `0, s0 ... sL` of `u = S r`, with the reference one sample ahead.
 fn response(mut problem: Problem<'_>) -> Result<Vec<f64>> {
     let rows: usize = problem.runs.iter().map(|run| run.outputs.len()).sum();
     let mut best: Option<(f64, Estimate)> = None;

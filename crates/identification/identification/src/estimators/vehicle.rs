@@ -6,23 +6,20 @@
 //! w_dot     = epsilon u + eta q - zeta w
 //! y         = q + bias
 //! ```
-//! q, theta and w are measured in the output's unit (that of q, times s, and whatever nu is given in). The
-//! heave equation is left out, known, or known to within a share of its coefficients, which then
-//! are unknowns too, drawn towards what is known as strongly as that calls for:
+//! q, theta and w are measured in the output's unit (that of q, times s, and the unit that nu implies). The heave equation is left out,
+//! known, or known with a relative uncertainty. Then its coefficients are unknowns too, with a prior of that strength:
 //! ```text
 //! minimise |y - yhat|^2 / sigma^2 + sum ((p_i - known_i) / deviation_i)^2
 //! ```
-//! Without heave these are the pitch equation of the thesis (Brunner 1988, p. 93:
-//! `J q_dot = K u - B q - M_theta theta`). Between samples the input is held, and the equations
-//! are solved exactly: state, and slopes by the unknowns, step by the exponential of one matrix
-//! (Van Loan, *IEEE Trans. Autom. Control* 23, 1978):
+//! Without heave these are the pitch equation of the thesis (Brunner 1988, p. 93: `J q_dot = K u - B q - M_theta theta`). Under zero-order
+//! hold the equations are solved exactly: state, and slopes by the unknowns, step by the exponential of one matrix (Van Loan, *IEEE Trans.
+//! Autom. Control* 23, 1978):
 //! ```text
 //! exp( T [ M   0 ] )  =  [ E   0 ]      M = [ A B ; 0 0 ],  E = [ F G ; 0 1 ]
 //!        [ dM  M ]       [ dE  E ]
 //! ```
-//! The result is given as the transfer function of the sampled equations too, with the
-//! covariance carried over, so that everything read from other estimates is read from these.
-//! Three unknowns in place of five or six coefficients are what makes short records suffice.
+//! The result is also converted to the transfer function of the sampled equations, with the propagated covariance, so that it can be used
+//! like other estimates. Three unknowns instead of five or six coefficients make short records sufficient.
 
 use nalgebra::{DMatrix, DVector};
 use planesman_linear::{exponential, pitch};
@@ -31,7 +28,7 @@ use super::estimate::{Error, Estimate};
 use super::physical::{Physical, UNKNOWNS};
 use crate::structure::{InitialState, Layout, Problem, Structure};
 
-/// The heave equation, as far as it is known.
+/// The heave equation, with its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Heave {
     /// `nu`: pitch acceleration per heave.
@@ -42,25 +39,25 @@ pub struct Heave {
     pub from_rate: f64,
     /// `epsilon`: heave acceleration per input.
     pub from_input: f64,
-    /// The standard deviation of each of these, as a share of it; 0 for what is known exactly.
+    /// The relative standard deviation of each of these; 0 for exactly known values.
     pub doubt: f64,
 }
 
 /// The known part of the vehicle's equations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Vehicle {
-    /// Its heave equation; `None` to leave heave out.
+    /// The heave equation; `None` to leave heave out.
     pub heave: Option<Heave>,
 }
 
 impl Vehicle {
-    /// Numbers in the state.
+    /// The number of states.
     #[must_use]
     pub fn states(&self) -> usize {
         if self.heave.is_some() { 3 } else { 2 }
     }
 
-    /// Coefficients that are sought: `kappa`, `beta`, `mu`, and those of heave when in doubt.
+    /// The number of estimated coefficients: `kappa`, `beta`, `mu`, and those of heave if they are uncertain.
     #[must_use]
     pub fn unknowns(&self) -> usize {
         UNKNOWNS + self.prior().len()
@@ -76,7 +73,7 @@ impl Vehicle {
         )
     }
 
-    /// Value and standard deviation of each unknown of which something is known.
+    /// Value and standard deviation of each unknown with prior knowledge.
     #[must_use]
     pub fn prior(&self) -> Vec<(f64, f64)> {
         let doubted = self.heave.iter().filter(|heave| heave.doubt > 0.0);
@@ -136,8 +133,7 @@ impl Vehicle {
         (value.coefficients(), slopes)
     }
 
-    /// The pitch rate from state `x` under the inputs; its slopes by the unknowns and then by `x`, one
-    /// column each.
+    /// The pitch rate from state `x` under the inputs; its slopes by the unknowns and then by `x`, one column each.
     pub(crate) fn simulate(
         &self,
         coefficients: &DVector<f64>,
@@ -175,7 +171,7 @@ impl Heave {
         [self.to_pitch, self.damping, self.from_rate, self.from_input]
     }
 
-    /// With other coefficients.
+    /// The same with other coefficients.
     #[must_use]
     pub fn with(self, [to_pitch, damping, from_rate, from_input]: [f64; 4]) -> Self {
         Self {
@@ -187,7 +183,7 @@ impl Heave {
         }
     }
 
-    /// With each coefficient changed by its own share.
+    /// The same with each coefficient changed by its own share.
     #[must_use]
     pub fn changed(self, shares: [f64; 4]) -> Self {
         let mut coefficients = self.coefficients();
@@ -255,14 +251,14 @@ pub(crate) struct Solution {
     pub(crate) biases: Vec<f64>,
     /// The state at the beginning of each record.
     pub(crate) motions: Vec<DVector<f64>>,
-    /// Of the unknowns, then of bias and beginning of each record ([`Vehicle::columns`]).
+    /// Covariance of the unknowns, then of bias and initial state of each record ([`Vehicle::columns`]).
     pub(crate) covariance: DMatrix<f64>,
     pub(crate) noise_variance: f64,
     pub(crate) residuals: Vec<Vec<f64>>,
 }
 
 impl Vehicle {
-    /// Places of a record's bias and beginning among what is sought of all.
+    /// The places of a record's bias and initial state among all estimated values.
     pub(crate) fn columns(
         &self,
         structure: &Structure,
@@ -278,7 +274,7 @@ impl Vehicle {
         (bias, first + offset..first + offset + motion)
     }
 
-    /// Numbers sought of so many records.
+    /// The number of estimated values for this many records.
     pub(crate) fn count(&self, structure: &Structure, runs: usize) -> usize {
         self.columns(structure, runs - 1).1.end
     }

@@ -1,5 +1,4 @@
-//! The vehicle's equations fitted to whole records: by a search for the least simulated error, and by the extended
-//! Kalman filter in several passes.
+//! The vehicle's equations fitted to whole records: by minimising the simulated error, and by the extended Kalman filter in several passes.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -15,18 +14,18 @@ use crate::error::{IdentificationError, Result};
 use crate::structure::{InitialState, Problem, variance};
 use planesman_parallel::stop_point;
 
-/// Why there is no vehicle.
+/// The records do not determine a vehicle.
 const UNDETERMINED: IdentificationError =
     IdentificationError::Undetermined("the records do not determine the vehicle");
 
-/// Decay rates that first guesses are made of, from the record's length to one sample.
+/// Number of decay rates for initial guesses, from the record's length to one sample.
 const GUESSES: usize = 6;
 
-/// Rounds of search and noise, the one weighing what is known beforehand against the records.
+/// Rounds of search and noise estimate; the noise weighs the prior knowledge against the records.
 const ROUNDS: usize = 3;
 
-/// The vehicle of least simulated error, each record with a bias and, unless it begins at rest, a
-/// motion of its own. Of the problem's structure only these two are heeded.
+/// The vehicle with the smallest simulated error; each record has its own bias and, unless it begins at rest, initial motion. Of the
+/// problem's structure only these two are used.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct VehicleSearch {
     /// The known part of the equations.
@@ -82,8 +81,7 @@ impl Estimator for VehicleSearch {
 }
 
 impl VehicleSearch {
-    /// Where to begin: the best of a grid of decay rates, everything else by least squares; what is known
-    /// of heave as it is known.
+    /// Starts: the best of a grid of decay rates, with all other parameters by least squares and heave at its prior.
     fn starts(&self, problem: &Problem<'_>) -> Result<Vec<DVector<f64>>> {
         let vehicle = self.vehicle;
         let unknowns = vehicle.unknowns();
@@ -137,7 +135,7 @@ impl VehicleSearch {
         }
     }
 
-    /// All coefficients, and bias and beginning of each record.
+    /// All coefficients, and bias and initial state of each record.
     fn parts(
         &self,
         problem: &Problem<'_>,
@@ -161,8 +159,8 @@ impl VehicleSearch {
         (coefficients, biases, motions)
     }
 
-    /// `y - yhat` and its slopes, all records one below the other; below them what is known beforehand,
-    /// by its deviation and the noise's.
+    /// `y - yhat` and its slopes, all records one below the other, followed by rows for the prior knowledge, scaled by its deviation and
+    /// the noise's.
     fn linearised(&self, problem: &Problem<'_>, theta: &DVector<f64>, noise: f64) -> Linearised {
         let vehicle = self.vehicle;
         let (prior, unknowns) = (vehicle.prior(), vehicle.unknowns());
@@ -200,10 +198,10 @@ impl VehicleSearch {
     }
 }
 
-/// The weight of what is known before there is a noise to weigh it by.
+/// The weight of prior knowledge before a noise estimate exists.
 const HELD: f64 = 1e6;
 
-/// A filter's knowledge of the unknowns before its first sample.
+/// A filter's prior for the unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Guess {
     /// `kappa`, `beta`, `mu`.
@@ -217,16 +215,15 @@ pub struct Guess {
 /// Passes over a record.
 const PASSES: usize = 4;
 
-/// The filter over records, one after the other, again and again. Of the problem's structure only the offset
-/// and how records begin are heeded.
+/// The filter over records, one after the other, repeatedly. Of the problem's structure only the offset and the initial state are used.
 #[derive(Clone, Copy, Debug)]
 pub struct VehicleFilter {
     /// The known part of the equations.
     pub vehicle: Vehicle,
-    /// Where to begin; `None` for a guess from the records that may be as far off as it is large.
+    /// The start; `None` for a guess from the records with an uncertainty as large as its values.
     pub guess: Option<Guess>,
-    /// The noise's standard deviation, output unit; `None` to take it from the records' second differences,
-    /// which white noise makes `sqrt(6)` times as large and a slow vehicle hardly any.
+    /// The noise's standard deviation, output unit; `None` to estimate it from the records' second differences, which white noise makes
+    /// `sqrt(6)` times as large and a slow vehicle hardly affects.
     pub noise: Option<f64>,
     /// Standard deviation of the bias drift in one second, output unit.
     pub bias_drift: f64,
@@ -297,7 +294,7 @@ impl VehicleFilter {
         })
     }
 
-    /// The state at a record's beginning with which its simulation comes nearest.
+    /// The initial state of a record with the smallest simulation error.
     fn beginning(
         &self,
         problem: &Problem<'_>,
@@ -323,7 +320,7 @@ impl VehicleFilter {
     }
 }
 
-/// The noise that the outputs' second differences would be made by, as a standard deviation.
+/// The standard deviation of the noise that would cause the outputs' second differences.
 fn second_differences(problem: &Problem<'_>) -> f64 {
     let differences: Vec<f64> = problem
         .runs

@@ -1,4 +1,4 @@
-//! The response that a record has by itself: the band in which its coherence holds, and its rows beside those of a model.
+//! The frequency response of a record: the band of sufficient coherence, and its rows together with those of a model.
 
 use planesman_linear::{Complex, ComplexFunctions as _};
 use planesman_wording::setting;
@@ -7,15 +7,15 @@ use super::response::{Columns, DECIBEL, Point, Settings, Spectra};
 use crate::error::{IdentificationError, Result};
 use planesman_record::Record;
 
-/// The least coherence used, unless another is given.
+/// The lowest coherence used by default.
 pub const COHERENCE: f64 = 0.6;
-/// Frequencies in a row that the coherence may leave within a band.
+/// Number of consecutive frequencies within a band at which the coherence may be too low.
 const GAP: usize = 2;
-/// The narrowest band, and the fewest frequencies in it.
+/// The narrowest band, and the minimum number of frequencies in it.
 const OCTAVE: f64 = 2.0;
 const FEWEST: usize = 8;
 
-/// The response at one frequency, as a table has it.
+/// The response at one frequency, as a row of a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
     /// The frequency, rad/s.
@@ -34,30 +34,30 @@ pub struct Row {
     pub coherence: f64,
     /// Independent averages.
     pub averages: f64,
-    /// Whether the transfer function was fitted to it.
+    /// Whether the transfer function was fitted to this point.
     pub is_used: bool,
-    /// The model's magnitude, dB, and phase, deg; none at a pole.
+    /// The model's magnitude, dB, and phase, deg; `None` at a pole.
     pub model: Option<(f64, f64)>,
 }
 
 /// The response of the first input and output of a record, without a model.
 #[derive(Clone, Debug)]
 pub struct MeasuredResponse {
-    /// The response, at rising frequencies.
+    /// The response, at increasing frequencies.
     pub points: Vec<Point>,
     /// Lengths of the windows, samples.
     pub windows: Vec<usize>,
-    /// Whether each point is in the widest band in which the coherence is at least [`COHERENCE`].
+    /// Whether each point is in the widest band with a coherence of at least [`COHERENCE`].
     pub used: Vec<bool>,
     /// Whether the response is `S_ry / S_ru`.
     pub by_reference: bool,
 }
 
 impl MeasuredResponse {
-    /// Of the segments that are used; a second input is the reference of the loop.
+    /// Uses the selected segments; a second input is the reference of the loop.
     ///
     /// # Errors
-    /// As [`Spectra::new`]; a record without input or output.
+    /// Like [`Spectra::new`]; also if the record lacks an input or output.
     pub fn new(record: &Record) -> Result<Self> {
         let columns = record.used().into_iter().filter_map(|number| {
             let segment = &record.segments[number];
@@ -78,7 +78,7 @@ impl MeasuredResponse {
         })
     }
 
-    /// The lowest and the highest frequency of the band, rad/s; `None` where the coherence holds over no octave.
+    /// The lowest and the highest frequency of the band, rad/s; `None` if the coherence is sufficient over less than an octave.
     #[must_use]
     pub fn band(&self) -> Option<(f64, f64)> {
         let mut used = self.points.iter().zip(&self.used).filter(|it| *it.1);
@@ -93,7 +93,7 @@ impl MeasuredResponse {
     }
 }
 
-/// The points as rows beside a model's response.
+/// The points as rows with a model's response.
 pub(crate) fn rows(
     points: &[Point],
     used: &[bool],
@@ -127,7 +127,7 @@ pub(crate) fn rows(
     .collect()
 }
 
-/// The band that the coherence holds in, and the points of it.
+/// The band of sufficient coherence, and its points.
 pub(crate) fn band(points: &[Point], least: f64) -> Result<Vec<bool>> {
     let holds = |it: &Point| it.coherence >= least.max(it.coherence_by_chance());
     let (mut best, mut run): (Vec<usize>, Vec<usize>) = (Vec::new(), Vec::new());
@@ -152,8 +152,9 @@ pub(crate) fn band(points: &[Point], least: f64) -> Result<Vec<bool>> {
             .max_by(|p, q| p.coherence.total_cmp(&q.coherence));
         let (most, at) = most.map_or((0.0, 0.0), |it| (it.coherence, it.omega));
         return Err(IdentificationError::NoBand(format!(
-            "the coherence holds in no band: {least} or more, and more than chance, is needed over an octave; the most is {most:.2}, at \
-             {at:.3} rad/s. Next: excite a band of frequencies (a chirp or a PRBS) beyond the noise, record for longer, or ask for \
+            "the coherence is too low in every band: {least} or more, and more than chance, is \
+             needed over an octave; the most is {most:.2}, at {at:.3} rad/s. Next: excite a band \
+             of frequencies (a chirp or a PRBS) beyond the noise, record for longer, or require \
              less: {}",
             setting("coherence", 0.4)
         )));

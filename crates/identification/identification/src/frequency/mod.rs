@@ -1,10 +1,10 @@
 //! The frequency response of records, without a model.
 //!
-//! - `windows`: tapers, and which lengths of them a record holds.
-//! - `response`: spectra, response, coherence and errors at each frequency, composed of several window lengths.
-//! - `measured`: that of a record, the band in which its coherence holds, and rows beside a model.
+//! - `windows`: tapers, and their lengths for a record.
+//! - `response`: spectra, response, coherence and errors at each frequency, combined from several window lengths.
+//! - `measured`: the response of a record, the band of sufficient coherence, and rows together with a model.
 //!
-//! A transfer function is fitted to it by [`FrequencyDomain`](crate::estimators::FrequencyDomain).
+//! [`FrequencyDomain`](crate::estimators::FrequencyDomain) fits a transfer function to it.
 
 mod measured;
 mod response;

@@ -4,18 +4,17 @@
 //! ```text
 //! S_zx = sum c_s conj(Z) X',   S_zy = sum c_s conj(Z) Y,   H = S_zx^-1 S_zy
 //! ```
-//! In open loop the instruments are the inputs: several inputs are conditioned on each other (Bendat and Piersol, *Random
-//! Data*, 4th ed., 2010, ch. 7). In a closed loop they are the references: `H = S_ry / S_ru`, which noise that goes round the loop
-//! does not bias.
+//! In open loop the instruments are the inputs; several inputs are conditioned on each other (Bendat and Piersol, *Random Data*, 4th ed.,
+//! 2010, ch. 7). In a closed loop they are the references: `H = S_ry / S_ru`, which noise circulating in the loop does not bias.
 //!
 //! **Transforms** are evaluated at the frequencies themselves, not at the bins of a fast transform.
 //!
-//! **Composite windows** (Tischler and Remple 2012, ch. 10): the spectra of each window length are averaged with the squares of
-//! the weights `(e / e_least)^-4`, e the random error that the length alone would have.
+//! **Composite windows** (Tischler and Remple 2012, ch. 10): the spectra of each window length are averaged with the squares of the weights
+//! `(e / e_least)^-4`, where e is the random error of that length alone.
 //!
-//! **Errors.** H is a weighted sum of the output's samples, `H = sum g_n y_n`. With noise v on the output, of spectrum S_v about the
-//! frequency, `var H = S_v sum |g|^2`, which knows of overlap, of composite windows and of a chirp that passes a frequency once.
-//! S_v is what H leaves of the output, `S_ee / (1 - q)`, q the share of the noise that H takes up. For one input this is
+//! **Errors.** H is a weighted sum of the output's samples, `H = sum g_n y_n`. With noise v on the output, of spectrum S_v near the
+//! frequency, `var H = S_v sum |g|^2`. This takes account of overlap, composite windows and a chirp that passes a frequency once. S_v is
+//! the spectrum of the output unexplained by H, `S_ee / (1 - q)`, with q the share of the noise that H absorbs. For one input this is
 //! ```text
 //! e = sqrt(1 - g2) / (|g| sqrt(2 n_d)),   n_d = 1/q - 1
 //! ```
@@ -28,25 +27,25 @@ use super::windows::{Taper, Windows, starts};
 use crate::error::{IdentificationError, Result};
 use planesman_parallel::on_all_cores;
 
-/// The share of the averages below which a window length is left out.
+/// A window length with less than this share of the averages is left out.
 const NEXT_TO_NOTHING: f64 = 1e-3;
-/// The least random error that a window length is given, so that data without noise has weights.
+/// The smallest random error assigned to a window length, so that noise-free data has weights.
 const LEAST_ERROR: f64 = 1e-9;
 /// dB of a relative change, `20 / ln 10`.
 pub(crate) const DECIBEL: f64 = 8.685_889_638_065_037;
 
-/// The columns of one record, all of one length.
+/// The columns of one record, all of the same length.
 #[derive(Clone, Debug)]
 pub struct Columns<'a> {
     /// The inputs.
     pub inputs: Vec<&'a [f64]>,
     /// The output.
     pub output: &'a [f64],
-    /// The references of the loop that the inputs are in, as many as inputs; none in open loop.
+    /// The references of the loop around the inputs, as many as inputs; empty in open loop.
     pub references: Vec<&'a [f64]>,
 }
 
-/// What is not left to the data.
+/// Settings that override the defaults from the data.
 #[derive(Clone, Debug, Default)]
 pub struct Settings {
     /// Frequencies, rad/s; `None` for [`Windows::frequencies`].
@@ -62,18 +61,18 @@ pub struct Point {
     pub omega: f64,
     /// The response to each input, output unit per input unit.
     pub values: Vec<Complex<f64>>,
-    /// Standard deviations of the real part of each, and of the imaginary part.
+    /// Standard deviations of each real part, and of each imaginary part.
     pub deviations: Vec<f64>,
-    /// Of each input the coherence, 0 to 1: with several inputs the partial one, in which the others' share is taken out; in a closed
-    /// loop the lesser of that from the references to the input and that from the references to the output.
+    /// The coherence of each input, 0 to 1. With several inputs it is the partial coherence, without the others' share. In a closed loop it
+    /// is the smaller of the coherences from the references to the input and to the output.
     pub coherences: Vec<f64>,
-    /// The multiple coherence, of all inputs together; in a closed loop the least of [`Point::coherences`].
+    /// The multiple coherence of all inputs together; in a closed loop the smallest of [`Point::coherences`].
     pub coherence: f64,
-    /// Independent averages that the response is worth.
+    /// The equivalent number of independent averages.
     pub averages: f64,
-    /// The spectrum of each input, as the variance of white noise of that spectrum, input unit squared.
+    /// The spectrum of each input, as the variance of white noise with that spectrum, input unit squared.
     pub inputs: Vec<f64>,
-    /// The spectrum of the noise on the output, as the variance of white noise of that spectrum, output unit squared.
+    /// The spectrum of the noise on the output, as the variance of white noise with that spectrum, output unit squared.
     pub noise: f64,
     /// The mean length of the windows, samples.
     pub window: f64,
@@ -96,8 +95,8 @@ impl Point {
         self.deviations[input] / self.values[input].modulus()
     }
 
-    /// Standard deviations of the 95 % interval: those of Student's distribution with twice as many degrees of freedom as there are
-    /// averages beyond the inputs, from which the noise is known (Abramowitz and Stegun, eq. 26.7.5).
+    /// Number of standard deviations in half a 95 % interval: from Student's distribution, with twice as many degrees of freedom as there
+    /// are averages beyond the inputs, from which the noise is estimated (Abramowitz and Stegun, eq. 26.7.5).
     #[must_use]
     pub fn sigmas_95(&self) -> f64 {
         let x = crate::structure::SIGMAS_95;
@@ -115,14 +114,14 @@ impl Point {
             + odd([-15.0, 17.0, 19.0, 3.0]) / (384.0 * freedom.powi(3))
     }
 
-    /// The coherence that noise alone exceeds in one of twenty estimates: `1 - 0.05^(1/(n - 1))` for n averages of one input
-    /// (Carter, Knapp and Nuttall, *IEEE Trans. Audio Electroacoust.* 21, 1973).
+    /// The coherence that noise alone exceeds in one of twenty estimates: `1 - 0.05^(1/(n - 1))` for n averages of one input (Carter, Knapp
+    /// and Nuttall, *IEEE Trans. Audio Electroacoust.* 21, 1973).
     #[must_use]
     pub fn coherence_by_chance(&self) -> f64 {
         1.0 - libm::pow(0.05_f64, 1.0 / self.freedom())
     }
 
-    /// Averages beyond the inputs.
+    /// Number of averages beyond the inputs.
     fn freedom(&self) -> f64 {
         (self.averages - self.values.len() as f64).max(1.0)
     }
@@ -137,7 +136,7 @@ struct Part {
     segments: Vec<(usize, usize, Vec<Complex<f64>>)>,
 }
 
-/// The composite at one frequency.
+/// The composite of all windows at one frequency.
 struct Composite {
     parts: Vec<Part>,
     /// `S_zx^-1`.
@@ -194,7 +193,7 @@ impl Matrices {
         sums
     }
 
-    /// The share of the output that the instruments tell, all or but one: 0 to 1.
+    /// The share of the output explained by the instruments, by all or by all except one: 0 to 1.
     fn told(&self, without: Option<usize>) -> f64 {
         let (zz, zy) = match without {
             None => (self.zz.clone(), self.zy.clone()),
@@ -221,7 +220,7 @@ impl<'a> Spectra<'a> {
     ///
     /// # Errors
     /// [`IdentificationError`]: columns of several lengths, as many references as there are no inputs, too few samples, inputs that
-    /// are the same or do not move.
+    /// have different lengths or do not move.
     pub fn new(records: Vec<Columns<'a>>, sample_time: f64, settings: &Settings) -> Result<Self> {
         let refused = |reason: &str| Err(IdentificationError::Record(reason.to_owned()));
         let inputs = records.first().map_or(0, |it| it.inputs.len());
@@ -233,7 +232,10 @@ impl<'a> Spectra<'a> {
             let is_one_length = columns.all(|column| column.len() == it.output.len());
             let is_paired = it.references.is_empty() || it.references.len() == inputs;
             if !is_one_length || !is_paired || it.inputs.len() != inputs {
-                return refused("inputs, references and output of the records do not pair");
+                return refused(
+                    "inputs, references and output of the records have different \
+                    lengths",
+                );
             }
         }
         let lengths: Vec<usize> = records.iter().map(|it| it.output.len()).collect();
@@ -253,12 +255,12 @@ impl<'a> Spectra<'a> {
         let found = on_all_cores(&frequencies, |omega| spectra.at(*omega));
         (spectra.points, spectra.composites) = found.into_iter().flatten().unzip();
         match spectra.points.is_empty() {
-            true => refused("the inputs do not move, or are one"),
+            true => refused("the inputs do not move, or are identical"),
             false => Ok(spectra),
         }
     }
 
-    /// The transforms with a taper, of all records.
+    /// The transforms of all records with a taper.
     fn segments(&self, taper: &Taper) -> Vec<Segment> {
         let mut segments = Vec::new();
         for (record, of) in self.records.iter().enumerate() {
@@ -283,7 +285,7 @@ impl<'a> Spectra<'a> {
         segments
     }
 
-    /// The windows that hold an angle per sample: the segments, each one's weight for a mean of them, and the random error.
+    /// The windows suitable for an angle per sample: the segments, each with its weight in the mean, and the random error.
     fn weighed(&self, angle: f64) -> Vec<(Taper, Vec<Segment>, f64, f64)> {
         let inputs = self.records[0].inputs.len();
         let mut tried: Vec<(Taper, Vec<Segment>, f64, f64)> = Vec::new();
@@ -311,7 +313,7 @@ impl<'a> Spectra<'a> {
         tried
     }
 
-    /// The response at a frequency; `None` where no window holds it, or the inputs are not told apart.
+    /// The response at a frequency; `None` if no window is suitable, or the inputs cannot be separated.
     fn at(&self, omega: f64) -> Option<(Point, Composite)> {
         let inputs = self.records[0].inputs.len();
         let tried = self.weighed(omega * self.sample_time);
@@ -397,7 +399,7 @@ impl<'a> Spectra<'a> {
         Some((point, composite))
     }
 
-    /// g of each input, each record: what the response takes of each sample of the output.
+    /// g of each input and record: the weight of each output sample in the response.
     fn kernels(&self, of: &Composite, omega: f64) -> Vec<Vec<Vec<Complex<f64>>>> {
         let inputs = of.inverse.nrows();
         let none = |record: &Columns<'_>| vec![Complex::new(0.0, 0.0); record.output.len()];
@@ -417,14 +419,14 @@ impl<'a> Spectra<'a> {
         kernels
     }
 
-    /// What the response to the first input at point `at` takes of each sample of the output, by record.
+    /// The weight of each output sample in the response to the first input at point `at`, by record.
     #[must_use]
     pub fn kernel(&self, at: usize) -> Vec<Vec<Complex<f64>>> {
         self.kernels(&self.composites[at], self.points[at].omega)
             .swap_remove(0)
     }
 
-    /// The response of other outputs to the first input at point `at`, by the same windows.
+    /// The response of other outputs to the first input at point `at`, with the same windows.
     #[must_use]
     pub fn of_other(&self, at: usize, outputs: &[Vec<f64>]) -> Complex<f64> {
         let (of, omega) = (&self.composites[at], self.points[at].omega);

@@ -1,11 +1,11 @@
-//! Windows of a spectral estimate: Hann tapers, half of each overlapping the next, in several lengths.
+//! Windows of a spectral estimate: half-overlapping Hann tapers in several lengths.
 //!
 //! ```text
 //! t_n = w_n e^(-jwTn) - mean,   w_n = (1 - cos(2 pi n / L)) / 2,   n = 0 ... L-1
 //! ```
-//! The mean of a taper is taken off it, so that the mean of a segment counts for nothing: the same as to take the mean off each
-//! segment. Long windows resolve low frequencies, short ones average more often (Tischler and Remple, *Aircraft and Rotorcraft
-//! System Identification*, 2nd ed., 2012, ch. 10). Source of the averages: Welch, *IEEE Trans. Audio Electroacoust.* 15, 1967.
+//! The mean of a taper is subtracted from it, which has the same effect as subtracting the mean of each segment. Long windows resolve low
+//! frequencies, short ones average more often (Tischler and Remple, *Aircraft and Rotorcraft System Identification*, 2nd ed., 2012, ch.
+//! 10). Source of the averages: Welch, *IEEE Trans. Audio Electroacoust.* 15, 1967.
 
 use std::f64::consts::{PI, TAU};
 
@@ -13,29 +13,29 @@ use planesman_linear::Complex;
 
 use crate::error::{IdentificationError, Result};
 
-/// Segments of the longest window at least, for one input, and more for each further one.
+/// Minimum number of segments of the longest window for one input, and additional ones for each further input.
 const SEGMENTS: usize = 5;
 const SEGMENTS_PER_INPUT: usize = 2;
-/// The shortest window, samples: the least that the longest may have, and where halving ends.
+/// The shortest window, samples: the minimum for the longest one, and the end of halving.
 const LEAST: usize = 16;
 const SHORTEST: usize = 64;
-/// Lengths at most, each half of the one before.
+/// Maximum number of lengths, each half of the one before.
 const LENGTHS: usize = 5;
-/// Cycles of a frequency in the longest window at least, and in a shorter one: a response that falls like 1/w is smeared by
-/// `(0.58 / cycles)^2` of itself.
+/// Minimum number of cycles of a frequency in the longest window, and in a shorter one: a response that falls like 1/w has a relative error
+/// of `(0.58 / cycles)^2`.
 const CYCLES: f64 = 2.0;
 const CYCLES_OF_SHORTER: f64 = 10.0;
-/// Frequencies: per decade, at most, and the highest as a share of half the sampling rate.
+/// Frequencies per decade, their maximum number, and the highest as a share of half the sampling rate.
 const PER_DECADE: f64 = 40.0;
 const FREQUENCIES: usize = 160;
 const HIGHEST: f64 = 0.9;
 
-/// Lengths of windows, samples, the longest first.
+/// Lengths of windows, samples, longest first.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Windows(pub Vec<usize>);
 
 impl Windows {
-    /// Those that records of so many samples hold, for so many inputs: of the longest there are five segments or more.
+    /// The lengths for records of these lengths and this many inputs: there are at least five segments of the longest.
     ///
     /// # Errors
     /// [`IdentificationError::Record`]: too few samples.
@@ -50,7 +50,8 @@ impl Windows {
         if !fits(fitting) {
             let samples: usize = records.iter().sum();
             return Err(IdentificationError::Record(format!(
-                "{samples} samples hold no {segments} windows of {LEAST}, which a frequency response needs: record for longer"
+                "{samples} samples are too short for {segments} windows of {LEAST}, which a \
+                 frequency response needs: record for longer"
             )));
         }
         while too_long - fitting > 1 {
@@ -67,8 +68,8 @@ impl Windows {
         Ok(Self(halved.take(LENGTHS).collect()))
     }
 
-    /// Frequencies, rad/s, evenly over their logarithm, from two cycles in the longest window to nine tenths of half the
-    /// sampling rate.
+    /// Frequencies, rad/s, evenly spaced on a logarithmic scale, from two cycles in the longest window to nine tenths of half the sampling
+    /// rate.
     #[must_use]
     pub fn frequencies(&self, sample_time: f64) -> Vec<f64> {
         let longest = self.0.first().copied().unwrap_or(LEAST);
@@ -81,7 +82,7 @@ impl Windows {
             .collect()
     }
 
-    /// Those that hold a frequency, at `angle` rad per sample.
+    /// The windows suitable for a frequency, `angle` rad per sample.
     pub(super) fn holding(&self, angle: f64) -> impl Iterator<Item = usize> {
         let cycles = |place: usize| {
             if place == 0 {
@@ -98,7 +99,7 @@ impl Windows {
     }
 }
 
-/// Where the segments of a window begin in a record of so many samples.
+/// The first samples of a window's segments in a record of this many samples.
 pub(super) fn starts(samples: usize, length: usize) -> impl Iterator<Item = usize> {
     let last = (samples + 1).saturating_sub(length);
     (0..last).step_by((length / 2).max(1))
@@ -111,7 +112,7 @@ pub(super) struct Taper {
 }
 
 impl Taper {
-    /// Of a window, at `angle` rad per sample.
+    /// A taper of this length, at `angle` rad per sample.
     pub(super) fn new(length: usize, angle: f64) -> Self {
         let count = length as f64;
         let at = |n: usize| {
@@ -144,7 +145,7 @@ impl Taper {
         Complex::new(sum(&self.re), sum(&self.im))
     }
 
-    /// Adds itself times a factor to a sequence from a sample on.
+    /// Adds the taper times a factor to a sequence from a sample on.
     pub(super) fn add_to(&self, sequence: &mut [Complex<f64>], start: usize, factor: Complex<f64>) {
         let segment = &mut sequence[start..start + self.len()];
         for ((it, re), im) in segment.iter_mut().zip(&self.re).zip(&self.im) {

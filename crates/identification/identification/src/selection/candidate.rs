@@ -1,30 +1,30 @@
-//! A candidate, and how two of them compare.
+//! A candidate model, and the comparison of two candidates.
 
 use super::MIN_EFFECTIVE_SAMPLES;
 use super::folds::HALVES;
 use crate::estimators::{Armax, Estimator, LeastSquares, WarmStarted, lies_within};
 use crate::structure::Structure;
 
-/// By how much a fit, %, may be less without a pole that a zero may cancel: with hardly any noise the least that is not linear
-/// asks for one.
+/// By how much the fit, %, may be lower without a pole that a zero may cancel: with hardly any noise the smallest nonlinearity would ask
+/// for such a pole.
 const UNSEEN: f64 = 0.1;
 
 planesman_wording::choices! {
     /// The kind of a candidate.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Kind {
-        /// The least simulation error.
+        /// The smallest simulation error.
         OutputError = "output_error",
         /// The same, with an autoregressive noise model.
         BoxJenkins = "box_jenkins",
-        /// The least equation error.
+        /// The smallest equation error.
         Arx = "arx",
         /// The same, with a model of the noise.
         Armax = "armax",
     }
 }
 
-/// One candidate and how it was judged.
+/// One candidate with its cross-validation errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
     /// Its kind.
@@ -35,15 +35,15 @@ pub struct Candidate {
     pub poles: Vec<f64>,
     /// `1, d1, ..., dk` of a Box-Jenkins model, `[1]` otherwise.
     pub whitening: Vec<f64>,
-    /// The mean squared error of each block that was left out, over the output's variance: halves, then fifths.
+    /// The mean squared error of each block left out, over the output's variance: halves, then fifths.
     pub errors: Vec<f64>,
-    /// The same with the state fitted right before each block: free motion through the record does not pay for drift.
+    /// The same with the state fitted just before each block, so that free motion through the record cannot absorb drift.
     pub(super) afresh: Vec<f64>,
-    /// Of the halves, with the state fitted in every window of an unstable plant.
+    /// For the halves of an unstable plant, with the state fitted in every window.
     pub(super) in_windows: Vec<f64>,
-    /// Whether a pole was held within the memory of the record, or a zero cancels an integrator for as long.
+    /// Whether a pole was limited by the memory of the record, or a zero cancels an integrator for as long.
     pub(super) at_limit: bool,
-    /// Samples that its errors are worth.
+    /// The effective number of samples of its errors.
     pub(super) samples: f64,
 }
 
@@ -54,19 +54,19 @@ impl Candidate {
         self.structure.poles + self.structure.numerator
     }
 
-    /// Its poles, those at z = 1 among them.
+    /// The number of poles, including those at z = 1.
     #[must_use]
     pub fn order(&self) -> usize {
         self.structure.poles + self.integrators()
     }
 
-    /// Its poles at z = 1.
+    /// The number of poles at z = 1.
     #[must_use]
     pub fn integrators(&self) -> usize {
         self.structure.known_denominator.len() - 1
     }
 
-    /// What fits it to data, from its poles on.
+    /// The estimator that fits it to data, started from its poles.
     #[must_use]
     pub fn estimator(&self) -> Box<dyn Estimator> {
         match self.kind {
@@ -79,13 +79,13 @@ impl Candidate {
         }
     }
 
-    /// The mean over the blocks of the logarithm of the error, and for each parameter `ln N / N`, as the Bayesian
-    /// criterion counts it for white noise.
+    /// The mean over the blocks of the logarithm of the error, plus `ln N / N` for each parameter, as in the Bayesian criterion for white
+    /// noise.
     pub(crate) fn score(&self) -> f64 {
         self.penalised(&self.errors)
     }
 
-    /// The same of all samples, as the Bayesian criterion is.
+    /// The same for all samples, like the Bayesian criterion.
     pub(crate) fn criterion(&self) -> f64 {
         self.samples * self.score()
     }
@@ -98,26 +98,25 @@ impl Candidate {
         mean_logarithm(&self.errors)
     }
 
-    /// Whether the mean logarithm of its errors exceeds that of the other's by no more than so many standard errors of
-    /// their difference, or than `slack`.
+    /// Whether the mean logarithm of its errors exceeds the other's by at most this many standard errors of their difference, or `slack`.
     pub(super) fn is_within(&self, standard_errors: f64, slack: f64, best: &Self) -> bool {
         errors_not_significantly_worse(&self.errors, standard_errors, slack, &best.errors)
     }
 
-    /// Whether samples enough tell it from the best neither by that criterion, within a bound, nor block by block.
+    /// Whether it cannot be distinguished from the best, neither by that criterion within a bound nor block by block; needs enough samples.
     pub(crate) fn is_alike(&self, best: &Self, bound: f64) -> bool {
         self.samples > 2.0 * MIN_EFFECTIVE_SAMPLES
             && self.criterion() - best.criterion() <= bound
             && self.is_within(1.0, 0.0, best)
     }
 
-    /// Whether all poles but the known ones are stable.
+    /// Whether all poles except known ones are stable.
     pub(crate) fn is_stable(&self) -> bool {
         lies_within(&self.poles, 1.0)
     }
 
-    /// The best of these of lower order from states fitted anew, if it is better there, or no more than a standard error
-    /// worse than `best` simulated through the records, or by so little that nobody would see it.
+    /// The best lower-order candidate with newly fitted states, if one of three conditions holds. It is better with such states; or,
+    /// simulated through the records, it is at most a standard error worse than `best`; or the difference is too small to see.
     pub(crate) fn simpler<'a>(&self, among: &'a [Self], best: &Self) -> Option<&'a Self> {
         let afresh = |it: &Self| it.penalised(&it.afresh);
         let is_as_good = |it: &Self| {
@@ -129,20 +128,20 @@ impl Candidate {
             .min_by(|p, q| afresh(p).total_cmp(&afresh(q)))
     }
 
-    /// Those of these of lower order that are simulated on from what is before, as they are sorted.
+    /// The lower-order candidates that are simulated on from earlier samples, in the order given.
     pub(crate) fn lower<'a>(&self, among: &'a [Self]) -> impl Iterator<Item = &'a Self> {
         let order = self.order();
         let is_lower = move |it: &&Self| it.order() < order && it.kind != Kind::Arx;
         among.iter().filter(is_lower)
     }
 
-    /// Whether it leaves less than a share of what the other does, in each half from a state fitted there.
+    /// Whether its error is less than a share of the other's in each half, with a state fitted there.
     pub(super) fn leaves_less(&self, share: f64, other: &Self) -> bool {
         let pairs = self.in_windows.iter().zip(&other.in_windows);
         pairs.into_iter().all(|(it, other)| *it < share * other)
     }
 
-    /// How many times larger the error is with half the record left out than with a fifth.
+    /// The ratio of the errors with half the record left out to those with a fifth.
     #[must_use]
     pub fn half_data_error_ratio(&self) -> f64 {
         let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
@@ -150,7 +149,7 @@ impl Candidate {
         mean(halves) / mean(fifths).max(f64::MIN_POSITIVE)
     }
 
-    /// The fit that the errors amount to, %.
+    /// The fit that corresponds to the errors, %.
     #[must_use]
     pub fn fit(&self) -> f64 {
         100.0 * (1.0 - libm::exp(self.mean() / 2.0))
@@ -165,8 +164,8 @@ pub(crate) fn mean_logarithm(errors: &[f64]) -> f64 {
     errors.iter().copied().map(logarithm).sum::<f64>() / errors.len() as f64
 }
 
-/// Whether the mean logarithm of errors exceeds that of others, block by block, by no more than so many standard errors
-/// of their difference, or than `slack`.
+/// Whether the mean logarithm of errors exceeds that of others, block by block, by at most this many standard errors of their difference,
+/// or `slack`.
 pub(crate) fn errors_not_significantly_worse(
     errors: &[f64],
     standard_errors: f64,

@@ -1,12 +1,12 @@
-//! Order and delay for any estimator, by information criteria and a held-out part. [`select`](super::select) needs a candidate's
-//! normal equations, which not every estimator has.
+//! Order and delay for any estimator, by information criteria and held-out data. [`select`](super::select) needs a candidate's normal
+//! equations, which not every estimator has.
 //!
-//! Every candidate is fitted to the first part of each record and judged on the rest by simulation,
-//! and fitted to all of it for the criteria (Ljung 1999, sec. 16.4)
+//! Every candidate is fitted to the first part of each record and validated on the rest by simulation, and fitted to all of it for the
+//! criteria (Ljung 1999, sec. 16.4)
 //! ```text
 //! AIC = N ln V + 2 p,   BIC = N ln V + p ln N,   V = mean of the squared residuals
 //! ```
-//! N the rows, p the parameters. A one-step fit can only grow with the order; these can fall.
+//! N the rows, p the parameters. A one-step fit always grows with the order; these can fall.
 
 use serde::Serialize;
 
@@ -14,20 +14,20 @@ use crate::estimators::Estimator;
 use crate::structure::{Problem, Structure};
 use planesman_record::Run;
 
-/// The share of each record that candidates are fitted to before they are judged on the rest.
+/// The share of each record to which candidates are fitted before validation on the rest.
 pub const FITTED_SHARE: f64 = 0.7;
 
-/// A difference of the BIC below which two candidates are as good (Kass and Raftery, *J. Amer.
-/// Statist. Assoc.* 90, 1995, call it hardly worth a mention).
+/// A difference of the BIC below which two candidates are equally good (Kass and Raftery, *J. Amer. Statist. Assoc.* 90, 1995, call it
+/// hardly worth a mention).
 const AS_GOOD: f64 = 2.0;
 
-/// Points of the held-out fit that a candidate may lie below the best.
+/// By how many points a candidate's held-out fit may be below the best.
 const WORSE: f64 = 3.0;
 
-/// One candidate and what it comes to.
+/// One candidate with its criteria.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Candidate {
-    /// Poles, known ones left out.
+    /// Number of poles, without known ones.
     pub order: usize,
     /// Samples from input to first effect.
     pub delay: usize,
@@ -37,11 +37,11 @@ pub struct Candidate {
     pub aic: f64,
     /// The Bayesian criterion.
     pub bic: f64,
-    /// The simulated fit on what was held out, %; `None` when the output did not move there.
+    /// The simulated fit on held-out data, %; `None` if the output is constant there.
     pub held_out_fit: Option<f64>,
 }
 
-/// The candidates, best BIC first. Those that the records do not determine are left out.
+/// The candidates, lowest BIC first. Candidates that the records do not determine are left out.
 #[must_use]
 pub fn search(
     problem: &Problem<'_>,
@@ -103,8 +103,8 @@ pub fn first_part<'a>(run: &Run<'a>) -> Run<'a> {
     }
 }
 
-/// The candidate to take: of those that simulate what was held out nearly as well as any, and whose BIC is as good as
-/// the least of these, the one with the fewest parameters.
+/// The choice: among candidates that simulate held-out data nearly as well as the best, and whose BIC is as good as the lowest of these,
+/// the one with the fewest parameters.
 #[must_use]
 pub fn choice(candidates: &[Candidate]) -> Option<&Candidate> {
     let fits = candidates.iter().filter_map(|of| of.held_out_fit);

@@ -1,7 +1,7 @@
-//! A dead time beyond the delays that are searched one by one.
+//! Finds a dead time beyond the delays that are searched one by one.
 //!
-//! For each delay an equation of second order, `y(k) = -a1 y(k-1) - a2 y(k-2) + b1 u(k-d) + b2 u(k-d-1)` about the means,
-//! by least squares, all on the same rows.
+//! For each delay an equation of second order, `y(k) = -a1 y(k-1) - a2 y(k-2) + b1 u(k-d) + b2 u(k-d-1)` about the means, is fitted by
+//! least squares, all on the same rows.
 
 use std::ops::RangeInclusive;
 
@@ -10,22 +10,22 @@ use nalgebra::{Cholesky, Matrix4, Vector4};
 use crate::estimators::dot;
 use crate::structure::{Problem, Structure};
 
-/// The longest delay, samples, and the share of the longest record that it may be.
+/// The longest delay, samples, and its maximum share of the longest record.
 pub(crate) const LONGEST: usize = 1000;
 const SHARE: usize = 4;
-/// Samples before and behind the delay found that are searched.
+/// Number of samples on both sides of the delay found that are searched.
 const ABOUT: usize = 10;
-/// By how much the logarithm of the likelihood, twice, must be larger than with a shorter delay.
+/// By how much twice the log-likelihood must exceed that of a shorter delay.
 const BEYOND_DOUBT: f64 = 30.0;
-/// The share of its largest by which a direction of the regressors must stand out.
+/// Relative ridge on the regressors.
 const RIDGE: f64 = 1e-12;
 
-/// The longest delay that is sought in a record of so many samples.
+/// The longest delay searched in a record of this many samples.
 pub(crate) fn longest(samples: usize) -> usize {
     LONGEST.min(samples / SHARE)
 }
 
-/// The delays to search when one longer than `shorter` fits better beyond doubt.
+/// The delays to search, if one longer than `shorter` fits clearly better.
 pub(super) fn beyond(
     problem: &Problem<'_>,
     shorter: &RangeInclusive<usize>,

@@ -1,4 +1,4 @@
-//! Blocks of the records that are left out, and the error there.
+//! Blocks of the records that are left out in cross-validation, and the errors on them.
 
 use std::ops::Range;
 
@@ -11,7 +11,7 @@ use planesman_record::{Run, filter};
 
 /// Blocks of half a record.
 pub(crate) const HALVES: usize = 2;
-/// Where the parts of a record begin and end, in tenths: halves and fifths are made of them.
+/// The boundaries of a record's parts, in tenths; halves and fifths consist of them.
 const TENTHS: [usize; 7] = [0, 2, 4, 5, 6, 8, 10];
 /// The blocks, in tenths.
 const BLOCKS: [Range<usize>; 7] = [0..5, 5..10, 0..2, 2..4, 4..6, 6..8, 8..10];
@@ -19,13 +19,13 @@ const BLOCKS: [Range<usize>; 7] = [0..5, 5..10, 0..2, 2..4, 4..6, 6..8, 8..10];
 /// The parts of the records and the blocks made of them.
 pub(crate) struct Folds {
     pub(super) parts: Vec<Part>,
-    /// The samples of each record that are divided.
+    /// The range of samples that is divided, for each record.
     samples: Vec<Range<usize>>,
     variance: f64,
 }
 
 impl Folds {
-    /// Of records of which so many outputs at the beginning are driven by inputs that are not known.
+    /// For records whose first `unknown` outputs depend on unknown inputs.
     pub(crate) fn of(runs: &[Run<'_>], unknown: &[usize]) -> Self {
         let counts = runs.iter().map(|run| run.outputs.len());
         let samples = counts
@@ -70,8 +70,7 @@ impl Folds {
         BLOCKS[fold].contains(&tenths)
     }
 
-    /// The parts that are kept; those behind the block without their first `lead` samples, whose residual would know
-    /// of it.
+    /// The parts that are kept; those after the block without their first `lead` samples, whose residual depends on the block.
     pub(crate) fn kept(&self, fold: usize, lead: usize) -> Vec<Part> {
         let parts = self.parts.iter().enumerate();
         parts
@@ -93,7 +92,7 @@ impl Folds {
             .collect()
     }
 
-    /// What lies before and behind the block in each record, as records of their own, if it is a tenth of it at least.
+    /// The parts before and after the block in each record, as separate records, if they are at least a tenth of it.
     pub(super) fn around<'a>(&self, fold: usize, runs: &[Run<'a>]) -> Vec<Run<'a>> {
         let of = runs.iter().zip(&self.samples).flat_map(|(run, samples)| {
             let Range { start, end } = BLOCKS[fold];
@@ -114,7 +113,7 @@ impl Folds {
         of.collect()
     }
 
-    /// The mean squared simulation error over the block, for each degree of freedom left, over the output's variance.
+    /// The mean squared simulation error over the block, per degree of freedom, over the output's variance.
     pub(super) fn error(
         &self,
         fold: usize,
@@ -176,23 +175,23 @@ impl Folds {
     }
 }
 
-/// The state in which a block begins; where no sample before it is known to be driven, it is fitted in the block.
+/// The initial state of a block; without known input before the block it is fitted in it.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum State<'a> {
-    /// That of a simulation through the whole records, which left these errors.
+    /// From a simulation through the whole records, with these errors.
     Through(&'a [Vec<f64>]),
-    /// Fitted to the samples right before.
+    /// Fitted to the samples just before.
     Before,
-    /// Fitted in the block, or in every so many samples of it anew.
+    /// Fitted in the block, or again in every window of this many samples.
     Fitted(Option<usize>),
 }
 
-/// So many tenths into a range.
+/// The sample this many tenths into a range.
 fn tenth(of: &Range<usize>, tenths: usize) -> usize {
     of.start + of.len() * tenths / 10
 }
 
-/// A model that was fitted with a block left out.
+/// A model fitted with a block left out.
 pub(super) struct Fold<'a> {
     pub(super) a: &'a [f64],
     /// `b1 ... bm` of a record.

@@ -1,7 +1,7 @@
-//! Regressions on past outputs and inputs, whole records and parts of them, from one matrix of products.
+//! Regressions on past outputs and inputs, over whole records and parts, from one matrix of products.
 //!
-//! Columns: `y(k-1) ... y(k-L)`, `u(k) ... u(k-L)`, a constant, and `y(k)` itself. Every difference equation up to
-//! order and delay L is least squares on some of them.
+//! Columns: `y(k-1) ... y(k-L)`, `u(k) ... u(k-L)`, a constant, and `y(k)` itself. Every difference equation up to order and delay L is a
+//! least-squares problem on some of them.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 use crate::estimators::Part;
 
-/// Share of its largest by which a direction of the regressors must stand out.
+/// Relative ridge on the regressors.
 const RIDGE: f64 = 1e-12;
 
 /// The products of the columns over the rows of each part.
@@ -32,7 +32,7 @@ pub(crate) struct Equation {
 }
 
 impl Lagged {
-    /// Of records at rest the samples before are known: no input, and the first output.
+    /// For records at rest the earlier samples are known: no input, and the first output.
     pub(super) fn of(
         inputs: &[Vec<f64>],
         outputs: &[Vec<f64>],
@@ -78,7 +78,7 @@ impl Lagged {
         }
     }
 
-    /// The products over the parts that count, and their rows.
+    /// The products over the selected parts, and their number of rows.
     pub(super) fn over(&self, counts: &dyn Fn(usize) -> bool) -> (DMatrix<f64>, usize) {
         let columns = 2 * self.lags + 3;
         let parts = self.products.iter().zip(&self.rows).enumerate();
@@ -90,8 +90,8 @@ impl Lagged {
             })
     }
 
-    /// The equation of `order`, `numerator` coefficients from `delay` on, with or without a constant; `None` when
-    /// the rows do not determine it.
+    /// The equation of `order` with `numerator` coefficients from `delay` on, with or without a constant; `None` if the rows do not
+    /// determine it.
     pub(super) fn equation(
         &self,
         (products, rows): &(DMatrix<f64>, usize),

@@ -1,21 +1,20 @@
-//! The choice of order, delay and kind of model: for a method that was named by [`criteria`], otherwise by cross-validation.
+//! The choice of order, delay and kind of model: for a named method by [`criteria`], otherwise by cross-validation.
 //!
-//! For every order and delay three kinds are tried: output error, the same with an autoregressive noise model
-//! (Box-Jenkins), and the difference equation by least squares (ARX). The searches begin at poles of a high-order
-//! equation, brought down to the order (`realisation`). Each candidate is fitted anew with a half, and with a fifth,
-//! of every record left out, and simulated over what was left out: on from the state that the samples before lead to,
-//! an ARX model from a state fitted there. Candidates are compared block by block, by the logarithm of the mean squared
-//! error and `ln N / N` for each parameter, with N the samples that scatter as much as those of a coloured residual; of those within half a standard error of the best the one with the fewest
-//! parameters is taken (Hastie, Tibshirani and Friedman, *The Elements of Statistical Learning*,
-//! 2nd ed., 2009, sec. 7.10). A pole is held to a memory no longer than the record, unless an unstable difference
-//! equation leaves half as much: then the data demands it. The simulation of an unstable plant says nothing beyond its
-//! time constant: where the equation of the least criterion is unstable, the two are compared in windows of two of its
-//! time constants, with the state fitted in each. An unstable plant is in a loop, where an equation error is biased by noise on the
-//! output: models with a noise model (ARMAX) are tried too. A stable difference equation is taken only where there is
-//! nothing else: with its state fitted it is judged more mildly.
+//! For every order and delay three kinds are tried: output error, the same with an autoregressive noise model (Box-Jenkins), and the
+//! difference equation by least squares (ARX). The searches begin at poles of a high-order equation, reduced to the order (`realisation`).
+//! Each candidate is fitted again with a half, and with a fifth, of every record left out, and simulated there. The state comes from the
+//! samples before; for an ARX model it is fitted in the block. Candidates are compared block by block, by the logarithm of the mean squared
+//! error plus `ln N / N` for each parameter, with N the effective number of samples for coloured residuals. Among those within half a
+//! standard error of the best, the one with the fewest parameters is chosen (Hastie, Tibshirani and Friedman, *The Elements of Statistical
+//! Learning*, 2nd ed., 2009, sec. 7.10). The memory of a pole is limited to the length of the record, unless an unstable difference
+//! equation has half the error or less: then the data demands it. The simulation of an unstable plant has no meaning beyond its time
+//! constant. If the equation with the lowest criterion is unstable, the two are compared in windows of two of its time constants, with the
+//! state fitted in each. An unstable plant is in a closed loop, where output noise biases an equation error: models with a noise model
+//! (ARMAX) are tried too. A stable difference equation is chosen only if there is nothing else: with its state fitted in the block, its
+//! error is optimistic.
 //!
-//! A pole held at that limit gives way to a model without one that is within a standard error, or nearly as good. If the best
-//! stable model has one, models with an integrator are tried too, of which those remain that leave less in either half.
+//! A pole at that limit is replaced by a model without one that is within a standard error, or nearly as good. If the best stable model has
+//! one, models with an integrator are tried too; those with a smaller error in either half are kept.
 
 mod candidate;
 pub mod criteria;
@@ -46,32 +45,31 @@ use planesman_record::Run;
 
 /// Largest lag of the regressions.
 const LAGS: usize = 40;
-/// Samples for each of an order's parameters at least.
+/// Minimum number of samples for each of an order's parameters.
 const SAMPLES_PER_PARAMETER: usize = 4;
-/// Samples that errors are worth at least.
+/// Minimum effective number of samples of the errors.
 pub(crate) const MIN_EFFECTIVE_SAMPLES: f64 = 10.0;
-/// Orders tried beyond the best so far.
+/// Number of orders tried beyond the best so far.
 const PATIENCE: usize = 4;
-/// By how much the logarithm of an output error may exceed the least so far for its noise to be modelled.
+/// The noise is modelled if the logarithm of the output error exceeds the smallest so far by at most this.
 const NOISE_MODEL_LOG_ERROR: f64 = 0.7;
 /// Rounds of noise model and model.
 const ROUNDS: usize = 2;
-/// By how many standard errors a candidate with fewer parameters may be worse than the best. The usual one, beside the
-/// criterion's own penalty, took too low an order on four of eleven public data sets.
+/// By how many standard errors a candidate with fewer parameters may be worse than the best. The usual one standard error, in addition to
+/// the criterion's own penalty, gave too low an order on four of eleven public data sets.
 pub(crate) const STANDARD_ERRORS: f64 = 0.5;
-/// By how much the logarithm of an error may be larger without a pole at the limit of the record's memory: a twentieth
-/// of the error's root mean square.
+/// By how much the logarithm of an error may be larger without a pole at the memory limit: a twentieth of the root-mean-square error.
 const SLACK: f64 = 0.1;
-/// The share of a stable model's error, in what half the record left out, that an unstable one must stay below.
+/// The error of an unstable model with half the record left out must be below this share of a stable model's.
 const DEMANDS: f64 = 0.5;
-/// Time constants of an unstable plant over which models of it are compared, and samples at least.
+/// Length of the windows in which unstable models are compared, in time constants, and minimum number of samples.
 const UNSTABLE_TIME_CONSTANTS: f64 = 2.0;
 const MIN_WINDOW: usize = 20;
-/// Such windows in the records from which an unstable plant grows by far, and the largest order of stable models of it.
+/// Number of such windows in the records from which an unstable plant grows strongly, and the maximum order of stable models of it.
 const GROWN: usize = 4;
 const CALM_ORDERS: usize = 2;
 
-/// The candidates, the chosen one first, then by their errors.
+/// The candidates, the chosen one first, then sorted by their errors.
 #[must_use]
 pub fn select(
     problem: &Problem<'_>,
@@ -119,7 +117,7 @@ pub fn select(
     candidates
 }
 
-/// The candidates of one structure, in no order.
+/// The candidates of one structure, unsorted.
 fn cross_validated(
     problem: &Problem<'_>,
     orders: std::ops::RangeInclusive<usize>,
@@ -215,7 +213,7 @@ fn least<'a>(of: &[&'a Candidate]) -> Option<&'a Candidate> {
         .min_by(|p, q| p.score().total_cmp(&q.score()))
 }
 
-/// The stable candidates, ARX models only where there is nothing else, and the unstable ones.
+/// The stable candidates (ARX models only if there are no others), and the unstable ones.
 fn by_stability(candidates: &[Candidate]) -> (Vec<&Candidate>, Vec<&Candidate>) {
     let (mut stable, unstable): (Vec<&Candidate>, Vec<&Candidate>) =
         candidates.iter().partition(|of| of.is_stable());
@@ -253,12 +251,12 @@ fn choice(candidates: &[Candidate]) -> Option<Candidate> {
         .cloned()
 }
 
-/// Whether what doubles and more in the window grows by far in so many samples.
+/// Whether a motion that at least doubles in the window grows strongly in this many samples.
 fn grows(window: Option<usize>, samples: usize) -> bool {
     window.is_some_and(|window| GROWN * window < samples)
 }
 
-/// An ARMAX model of an unstable plant, of no higher order than its ARX model, where its Bayesian criterion is less.
+/// An ARMAX model of an unstable plant, of at most its ARX model's order, if its Bayesian criterion is lower.
 fn with_noise_model(
     problem: &Problem<'_>,
     wild: &Candidate,
@@ -313,7 +311,7 @@ fn with_noise_model(
     })
 }
 
-/// The variance of what an equation of high order leaves of the outputs of the records: the noise, whatever the model.
+/// The residual variance of a high-order equation of the records: the noise, whatever the model.
 pub(crate) fn innovation_variance(problem: &Problem<'_>) -> Option<f64> {
     let delay = problem.structure.delay;
     let plain = Problem {
@@ -335,7 +333,7 @@ pub(crate) fn innovation_variance(problem: &Problem<'_>) -> Option<f64> {
     Some(found.variance * found.rows as f64 / freedom.max(1) as f64)
 }
 
-/// The difference equation with the least Bayesian criterion, and its delay.
+/// The difference equation with the lowest Bayesian criterion, and its delay.
 fn likely_equation(
     lagged: &Lagged,
     delays: std::ops::RangeInclusive<usize>,
@@ -371,7 +369,7 @@ fn window_of_unstable(a: &[f64]) -> Option<usize> {
     (growth > 0.0).then(|| (window as usize).max(MIN_WINDOW))
 }
 
-/// What the candidates of all delays share.
+/// Data shared by the candidates of all delays.
 struct Shared<'a> {
     runs: &'a [Run<'a>],
     sample_time: f64,
@@ -379,16 +377,16 @@ struct Shared<'a> {
     lagged: &'a Lagged,
     /// The delay of its inputs.
     base: usize,
-    /// The products of its columns over everything, and with each block left out.
+    /// The products of its columns over all rows, and with each block left out.
     products: (DMatrix<f64>, usize),
     kept: Vec<(DMatrix<f64>, usize)>,
-    /// Poles of order 1, 2, ... to begin a search at, by each realisation.
+    /// Starts: poles of order 1, 2, ... from each realisation.
     poles: &'a [Vec<Vec<f64>>],
     radius: f64,
     samples: usize,
-    /// Whether the plant is unstable and grows by far: the search for stable models of it is long and vain.
+    /// Whether the plant is unstable and grows strongly: then a search for stable models would be long and futile.
     grows: bool,
-    /// Samples in which a state is fitted where it is not simulated through.
+    /// The window in which a state is fitted instead of simulated through, samples.
     window: Option<usize>,
 }
 
@@ -437,7 +435,7 @@ impl Shared<'_> {
         found
     }
 
-    /// The samples that the errors are worth: fewer where what the best model leaves is coloured.
+    /// The effective number of samples of the errors: fewer if the best model's residual is coloured.
     fn effective_samples(&self, candidates: &[Candidate]) -> f64 {
         let (stable, _) = by_stability(candidates);
         let best = stable
@@ -457,7 +455,7 @@ impl Shared<'_> {
         1.0 - 1.01 * (1.0 - self.radius)
     }
 
-    /// Whether a zero lies so near z = 1 that the record cannot tell the two from none.
+    /// Whether a zero is so near z = 1 that the record cannot distinguish the pair from no pole and zero.
     fn cancels_integrator(&self, problem: &Problem<'_>, numerator: &[f64]) -> bool {
         let room = 1.0 - self.radius;
         problem.structure.known_denominator.len() > 1
@@ -473,7 +471,7 @@ impl Shared<'_> {
         }
     }
 
-    /// The least output error of the searches from every start.
+    /// The smallest output error of the searches from every start.
     fn output_error(
         &self,
         problem: &Problem<'_>,
@@ -511,7 +509,7 @@ impl Shared<'_> {
             .map(|(theta, _)| theta)
     }
 
-    /// From the output error's minimum: a noise model of its residual, the model again, and so on.
+    /// From the output error's minimum alternates between a noise model of the residual and the model.
     fn box_jenkins(
         &self,
         problem: &Problem<'_>,
@@ -534,7 +532,7 @@ impl Shared<'_> {
         self.judged(problem, plain, Some(noise?), &theta)
     }
 
-    /// A candidate with the errors of each fold: output error, or with a noise model Box-Jenkins.
+    /// A candidate with the errors of each fold: output error, or Box-Jenkins with a noise model.
     fn judged(
         &self,
         problem: &Problem<'_>,
@@ -633,7 +631,7 @@ impl Shared<'_> {
     }
 }
 
-/// The records about their means and over their standard deviations, where the structure allows it.
+/// The records minus their means, divided by their standard deviations, if the structure allows it.
 struct Scaled {
     past: Vec<Vec<f64>>,
     inputs: Vec<Vec<f64>>,

@@ -1,12 +1,13 @@
-//! Process models for step tests: which form, and whether one tells the record as well as a model with more parameters.
+//! Process models for step tests: the choice of the form, and whether it describes the record as well as a model with more parameters.
 //!
-//! A record with one or two steps has few changes of input to divide: half of it may hold none. So models are compared by the
-//! Bayesian criterion on all of it, of the simulation's errors with their colour taken out,
+//! A record with one or two steps cannot be divided well: half of it may have no step. So models are compared by the Bayesian criterion on
+//! the whole record, for the whitened simulation errors,
 //! ```text
 //! BIC = N ln V + (p + k) ln N
 //! ```
-//! V the variance behind an autoregression of order k, p all that was sought: with offset, dead time and initial state. The
-//! fit is cross-validated over short parts of the record, left out a tenth at a time: a model of few parameters passes through.
+//! where V is the variance after an autoregression of order k, and p the number of all estimated values, including offset, dead time and
+//! initial state. The fit is cross-validated over short parts of the record, a tenth left out at a time; a model with few parameters can
+//! bridge them.
 
 use planesman_linear::Complex;
 
@@ -20,21 +21,21 @@ use crate::uncertainty::{Reading, SIGMAS_95};
 use planesman_parallel::on_all_cores;
 use planesman_record::Run;
 
-/// By how much the criterion must be less for an initial state where the record may begin at rest, for soon after a step the two
-/// look alike; and for another model, which is the best of many (Kass and Raftery, *J. Amer. Statist. Assoc.* 90, 1995, call it
-/// very strong evidence).
+/// By how much the criterion must be lower in two cases. The first is an initial state if the record may begin at rest, since soon after a
+/// step the two look alike; the second is another model, which is the best of many (Kass and Raftery, *J. Amer. Statist. Assoc.* 90, 1995,
+/// call it very strong evidence).
 const BEYOND_DOUBT: f64 = 10.0;
-/// The distance of a pole from z = 1 times the samples of the record, up to which an integrator may be behind it.
+/// The distance of a pole from z = 1, times the number of samples, up to which it may be an integrator.
 const MEMORY: f64 = 2.0;
-/// Parts left out one at a time.
+/// Number of parts, left out one at a time.
 const PARTS: usize = 10;
-/// Changes of the input in a step test at most.
+/// Maximum number of input changes in a step test.
 const CHANGES: usize = 2;
-/// The share of the input's range from which a change from sample to sample is a step's, and up to which an input stands.
+/// A change from sample to sample of at least this share of the input's range is a step; smaller changes count as constant.
 const STEPS: f64 = 0.05;
 const STANDS: f64 = 0.1;
 
-/// The forms tried where none is named: real and complex poles are one family.
+/// The forms tried if none is named: real and complex poles are one family.
 const FORMS: [Form; 4] = [
     Form::First,
     Form::Second,
@@ -42,31 +43,31 @@ const FORMS: [Form; 4] = [
     Form::IntegratorWithLag,
 ];
 
-/// A form and how it was judged.
+/// A form with its criterion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
     /// The form.
     pub form: Form,
     /// Whether the records begin at rest.
     pub is_at_rest: bool,
-    /// All that was sought: parameters, offsets, initial states.
+    /// The number of all estimated values: parameters, offsets, initial states.
     pub parameters: usize,
     /// The Bayesian criterion.
     pub bic: f64,
 }
 
-/// The forms, the best first, and the best one's estimator and estimate.
+/// The forms, best first, and the best one's estimator and estimate.
 pub(crate) struct Chosen {
     pub(crate) candidates: Vec<Candidate>,
     pub(crate) estimator: Process,
     pub(crate) estimate: Estimate,
-    /// The fit of its simulations of what was left out, %.
+    /// The fit of simulations on the parts left out, %.
     pub(crate) fit: Option<f64>,
 }
 
-/// The best process model of some records, of a form that is named or of any; of records at rest as the problem has it the
-/// output `stood` until a step, or was said to be at rest. Of long records the form is chosen where the input varies most
-/// ([`Problem::part`]) and then fitted to all; a step test is one whole.
+/// The best process model of some records, of a named form or of any. `stood` says that the output of records at rest was constant until a
+/// step, or was said to be at rest. For long records the form is chosen where the input varies most ([`Problem::part`]) and then fitted to
+/// all; a step test is used as a whole.
 ///
 /// # Errors
 /// [`IdentificationError`]: records that determine none.
@@ -171,13 +172,13 @@ fn chosen(problem: &Problem<'_>, named: Option<Form>, stood: bool) -> Result<Cho
     })
 }
 
-/// Whether a real pole of a model is at z = 1, or as near to it as records of that length can tell: a memory of half the record or more.
+/// Whether a real pole of a model is at z = 1, or as near as records of that length can resolve: a memory of at least half the record.
 #[must_use]
 pub fn may_integrate(of: &Estimate) -> bool {
     slow_poles(of).iter().any(|z| z.im == 0.0)
 }
 
-/// The poles of a model that are as near to z = 1 as records of that length can tell.
+/// The poles of a model that are as near to z = 1 as records of that length can resolve.
 fn slow_poles(of: &Estimate) -> Vec<Complex<f64>> {
     let samples = of.residuals.iter().map(Vec::len).max().unwrap_or_default();
     let poles = Reading::new(of, 0).poles().unwrap_or_default();
@@ -186,9 +187,9 @@ fn slow_poles(of: &Estimate) -> Vec<Complex<f64>> {
     values.filter(|z| distance(z) <= MEMORY).collect()
 }
 
-/// The best process model of a step test, or of records in which another model may integrate, whose criterion is no worse than that of
-/// the other. Where the other integrates for certain, or has a slow pair of poles in place of an integrator with a constant at its input,
-/// the criterion of an integrating process model has to be clearly better: only process models have such a constant.
+/// The best process model of a step test, or of records in which the other model may integrate, if its criterion is no worse than the
+/// other's. If the other model surely integrates, or has a slow pair of poles instead of an integrator with a constant at its input, an
+/// integrating process model must have a clearly better criterion: only process models have such a constant.
 pub(crate) fn instead_of(
     problem: &Problem<'_>,
     other: Option<&Estimate>,
@@ -223,7 +224,7 @@ pub(crate) fn instead_of(
     (of_chosen <= allowed).then_some(chosen)
 }
 
-/// The input that records in motion begin with, where they may begin at rest: all with the same, and with none before it.
+/// The initial input of records in motion that may begin at rest: the same for all, without earlier inputs.
 fn rest_of(problem: &Problem<'_>) -> Option<f64> {
     let structure = &problem.structure;
     let first = *problem.runs.first()?.inputs.first()?;
@@ -237,8 +238,8 @@ fn rest_of(problem: &Problem<'_>) -> Option<f64> {
     (may_rest && problem.runs.iter().all(all)).then_some(first)
 }
 
-/// Whether the input of each record stands but for one step or two, and that of one changes; that of a record at rest was 0
-/// before it.
+/// Whether the input of each record is constant except for one or two steps, and at least one input changes; before a record at rest it was
+/// 0.
 pub(crate) fn is_step_test(problem: &Problem<'_>) -> bool {
     let at_rest = problem.structure.start == InitialState::Rest;
     let first = |run: &Run<'_>| run.inputs.first().is_some_and(|u| at_rest && *u != 0.0);
@@ -254,7 +255,7 @@ pub(crate) fn first_step(inputs: &[f64]) -> Option<usize> {
     changes.first().copied()
 }
 
-/// Where the steps of an input begin; `None` where it moves in between.
+/// The samples at which the steps of an input begin; `None` if it moves in between.
 fn changes(inputs: &[f64]) -> Option<Vec<usize>> {
     let all = range(inputs);
     if all == 0.0 {
@@ -278,7 +279,7 @@ fn changes(inputs: &[f64]) -> Option<Vec<usize>> {
     (range(&inputs[stands_from..]) <= STANDS * all).then_some(steps)
 }
 
-/// The errors of an estimate's simulation of each record, without so many at its beginning.
+/// The errors of an estimate's simulation of each record, without the first samples.
 fn errors(found: &Estimate, runs: &[Run<'_>], lead: &[usize]) -> Vec<Vec<f64>> {
     let of = |((number, run), lead): ((usize, &Run<'_>), &usize)| {
         let errors = found.simulation_errors(number, *run);
@@ -298,7 +299,7 @@ fn criterion(errors: &[Vec<f64>], parameters: usize) -> f64 {
     n * libm::log(variance.max(f64::MIN_POSITIVE)) + (parameters + lead) as f64 * libm::log(n)
 }
 
-/// The fit of simulations of parts that were left out, %.
+/// The fit of simulations on the parts left out, %.
 fn cross_validated(estimator: &Process, problem: &Problem<'_>) -> Option<f64> {
     let errors = estimator.left_out(problem, PARTS).ok()?;
     let squares: f64 = errors.iter().flatten().map(|e| e * e).sum();

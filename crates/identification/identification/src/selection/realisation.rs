@@ -1,9 +1,8 @@
-//! Poles for every order from one equation of high order.
+//! Poles for every order from one high-order equation.
 //!
-//! Two ways from a high-order equation to few poles. The Markov parameters `g1, g2, ...` of its transfer function
-//! fill a Hankel matrix whose n largest singular directions are shift invariant up to the poles (Kung, *12th
-//! Asilomar Conf.*, 1978). And states by canonical variates ([`crate::states`]), which weight by the noise and hold in a
-//! closed loop too.
+//! There are two ways from a high-order equation to few poles. First, the Markov parameters `g1, g2, ...` of its transfer function fill a
+//! Hankel matrix, whose n largest singular directions are shift invariant and give the poles (Kung, *12th Asilomar Conf.*, 1978). Second,
+//! states by canonical variates ([`crate::states`]), which weight by the noise and are valid in a closed loop too.
 
 use nalgebra::DMatrix;
 
@@ -13,10 +12,10 @@ use crate::states::{HIGH, characteristic, solved};
 use crate::structure::monic;
 use planesman_record::filter;
 
-/// Markov parameters in a row of the Hankel matrix.
+/// Number of Markov parameters in a row of the Hankel matrix.
 const HANKEL: usize = 80;
 
-/// The equation of high order that Akaike's criterion takes.
+/// The high-order equation chosen by Akaike's criterion.
 pub(super) fn high_order(lagged: &Lagged, constant: bool) -> Option<Equation> {
     let all = lagged.over(&|_| true);
     let criterion = |of: &Equation| {

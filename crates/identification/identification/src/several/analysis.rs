@@ -1,4 +1,4 @@
-//! The analysis of a record with several inputs: the choice of the channels, the fit, tests and a verdict, of one output.
+//! Analyses a record with several inputs and one output: the choice of the channels, the fit, tests and a verdict.
 
 use planesman_record::{Record, Segment, StraightLine};
 
@@ -22,18 +22,17 @@ use crate::structure::{InitialState, PART, range, variance};
 use crate::uncertainty::Reading;
 use crate::validation::residuals::ResidualTests;
 
-/// Samples at the beginning in which an input may move and be at rest for all that: no more than a motion at the
-/// beginning accounts for.
+/// Number of first samples in which an input may move and still count as at rest, since an initial motion can account for that.
 const FIRST: usize = 2;
 
-/// The transfer function of an input that does something.
+/// The transfer function of an input with an effect.
 #[derive(Clone, Debug)]
 pub struct ChannelModel {
-    /// Its parameters, their covariance with those of the other channels; no offset.
+    /// The channel's parameters, with their covariance including the other channels; no offset.
     pub estimate: Estimate,
-    /// What the longest run says of its delay.
+    /// The delay's interval, from the longest run.
     pub lag: Option<Lag>,
-    /// The residual against its input, of the longest run.
+    /// The test of the residual against the channel's input, for the longest run.
     pub residuals: Option<ResidualTests>,
 }
 
@@ -51,23 +50,23 @@ impl ChannelModel {
     }
 }
 
-/// What was found of an input.
+/// Findings about an input.
 #[derive(Clone, Debug)]
 pub struct InputFindings {
     /// Its name.
     pub name: String,
-    /// Whether it does anything.
+    /// Whether the input has an effect.
     pub effect: Effect,
-    /// What of it the other inputs do not explain.
+    /// The share of the input that the other inputs do not explain.
     pub own: IndependentShare,
-    /// What it does; `None` where that is nothing.
+    /// Its model; `None` without an effect.
     pub model: Option<ChannelModel>,
 }
 
-/// A model of one output and what there is to know of it.
+/// A model of one output, with all results.
 #[derive(Clone, Debug)]
 pub struct Analysis {
-    /// The options it was made with.
+    /// The options of the analysis.
     pub options: Options,
     /// The output's name.
     pub output: String,
@@ -83,41 +82,41 @@ pub struct Analysis {
     pub noise_variance: f64,
     /// `d1 ... dk` of the noise `e/D` on the output; empty for white noise.
     pub noise_denominator: Vec<f64>,
-    /// Of the longest run, the first samples, which inputs act on that are not known: they count for nothing.
+    /// Number of first samples of the longest run to ignore, since they depend on unknown inputs.
     pub unknown: usize,
     /// The residuals of each run, output unit.
     pub residuals: Vec<Vec<f64>>,
-    /// Of the longest run.
+    /// Residual tests of the longest run.
     pub residual_tests: Option<ResidualTests>,
-    /// Each run simulated on the inputs alone, with its offset and the motion it began with.
+    /// Each run simulated from the inputs alone, with its offset and initial motion.
     pub simulated: Vec<Vec<f64>>,
     /// The simulated fit on the longest run, %.
     pub fit: Option<f64>,
-    /// On what was held out of it, or on the validation data.
+    /// The fits on held-out data, or on the validation data.
     pub held_out: HeldOutFits,
-    /// Samples of the validation data.
+    /// Number of samples of the validation data.
     pub validated: Option<usize>,
     /// The share of the output's variation in the longest run that a straight line explains, 0 to 1.
     pub drift: f64,
     /// The models that were cross-validated, the chosen one first.
     pub candidates: Vec<Candidate>,
-    /// Samples they were tried on.
+    /// Number of samples used for the search.
     pub searched: usize,
     /// Samples of the record.
     pub samples: usize,
-    /// Of each run, the number of the record's segment.
+    /// The number of the record's segment for each run.
     pub segments: Vec<usize>,
-    /// Segments of the record.
+    /// Number of segments of the record.
     pub all_segments: usize,
     /// The longest run's number.
     pub longest: usize,
-    /// What it is good for.
+    /// The verdict on its use.
     pub verdict: Verdict,
     /// Why.
     pub reasons: Vec<Finding>,
 }
 
-/// The model of every input together to one output of a record.
+/// Fits a model from all inputs to one output of a record.
 ///
 /// # Errors
 /// [`IdentificationError`]: a record without inputs or that output, an input that never moves, a record that determines no
@@ -126,10 +125,10 @@ pub fn analyse(record: &Record, output: usize, options: &Options) -> Result<Anal
     judged_on(record, output, options, None)
 }
 
-/// The same with a record for validation, on the same grid: of which nothing is used for the model.
+/// The same with a validation record on the same grid, which is not used for the fit.
 ///
 /// # Errors
-/// As [`analyse`]; a validation record of other signals or another sampling interval.
+/// Like [`analyse`]; also if the validation record has other signals or another sampling interval.
 pub fn analyse_validated(
     record: &Record,
     output: usize,
@@ -240,7 +239,7 @@ fn judged_on(
     Ok(found)
 }
 
-/// The segments that are used of a record with inputs and that output.
+/// The segments used of a record with inputs and that output.
 fn checked<'a>(record: &'a Record, output: usize, options: &Options) -> Result<Vec<&'a Segment>> {
     let refused = |reason: &str| Err(IdentificationError::Record(reason.to_owned()));
     if record.outputs.len() <= output || record.inputs.is_empty() {
@@ -249,7 +248,7 @@ fn checked<'a>(record: &'a Record, output: usize, options: &Options) -> Result<V
     record.check()?;
     let segments = used(record);
     if segments.is_empty() {
-        return refused("the record has no segment");
+        return refused("the record has no segments");
     }
     if options.start == InitialState::Estimated {
         still_input(record, &segments)?;
@@ -257,7 +256,7 @@ fn checked<'a>(record: &'a Record, output: usize, options: &Options) -> Result<V
     Ok(segments)
 }
 
-/// Fits candidates to a record about its levels and over its scales.
+/// Fits candidates to a record relative to its levels and scales.
 struct Fitter<'a> {
     scaled: &'a Scaled,
     offset: bool,
@@ -281,7 +280,7 @@ impl Fitter<'_> {
         Ok((fitted, in_units))
     }
 
-    /// The fit of the model that is chosen, the first of the candidates then.
+    /// The fit of the chosen model, which becomes the first of the candidates.
     fn best(&self, candidates: &mut Vec<Candidate>) -> Result<(Fitted, InUnits)> {
         // One that all the data does not determine gives way to the next.
         let whole = |(at, it)| Some((at, self.whole(it).ok()?));
@@ -310,7 +309,7 @@ impl Fitter<'_> {
         fit(errors * size * size, about_mean)
     }
 
-    /// The squared errors of what is held out of the longest run, by a model of the first part of each, and the outputs there.
+    /// The squared errors on the held-out part of the longest run, by a model of the first part of each, and the outputs there.
     fn held_out(
         &self,
         chosen: &Candidate,
@@ -331,7 +330,7 @@ impl Fitter<'_> {
         (left, measured[kept..].to_vec())
     }
 
-    /// The squared errors of the validation data, and its outputs.
+    /// The squared errors on the validation data, and its outputs.
     fn on(
         &self,
         fitted: &Fitted,
@@ -360,7 +359,7 @@ impl Fitter<'_> {
     }
 }
 
-/// Refuses an input that stands still in every segment: its effect is that of the offset.
+/// Refuses an input that is constant in every segment: its effect cannot be separated from the offset.
 fn still_input(record: &Record, segments: &[&Segment]) -> Result<()> {
     for (input, name) in record.inputs.iter().enumerate() {
         let of = |segment: &&Segment| -> (f64, f64) {
@@ -377,9 +376,12 @@ fn still_input(record: &Record, segments: &[&Segment]) -> Result<()> {
         if segments.iter().map(of).all(|it| it == (0.0, 0.0)) {
             let moved = segments.iter().any(|it| range(&it.inputs[input]) > 0.0);
             let when = match (moved, segments.len()) {
-                (true, _) => "moves in the first samples alone, where no motion before is known",
+                (true, _) => {
+                    "moves only in the first samples, where an earlier motion is not \
+                    known"
+                }
                 (false, 1) => "is constant",
-                (false, _) => "is constant in every segment, where the offset of each is free",
+                (false, _) => "is constant in every segment, and each segment has its own offset",
             };
             return Err(IdentificationError::Record(format!(
                 "{name} {when}: it determines no model; leave it out, or record it moving"
@@ -389,7 +391,7 @@ fn still_input(record: &Record, segments: &[&Segment]) -> Result<()> {
     Ok(())
 }
 
-/// The part of long records that is searched: of the longest, where the input that moves least there moves most.
+/// The part of long records that is searched: in the longest record, where the least moving input moves most.
 #[must_use]
 pub fn searched_part(segments: &[Segment]) -> Option<Vec<Segment>> {
     let longest = segments.iter().max_by_key(|it| it.len())?;
@@ -429,7 +431,7 @@ impl Analysis {
             .collect()
     }
 
-    /// The offset of a run's output where every input is 0; with a pole at z = 1, where the inputs are at their levels.
+    /// The offset of a run's output with every input at 0; with a pole at z = 1, with the inputs at their levels.
     #[must_use]
     pub fn offset(&self, run: usize) -> f64 {
         let channels = self.channels().map(|(.., model)| {

@@ -1,5 +1,5 @@
-//! The interval of each channel's delay: the delays at which the whole model fits as well, as [`crate::analysis::Lag`] has
-//! it of one input.
+//! The interval of each channel's delay: the delays at which the whole model fits equally well, like [`crate::analysis::Lag`] for one
+//! input.
 
 use planesman_record::Segment;
 

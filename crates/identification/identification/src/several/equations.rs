@@ -1,9 +1,9 @@
-//! The output error of several channels over parts of records: its normal equations, its least value, its slopes.
+//! The output error of several channels over parts of records: its normal equations, its minimum, its slopes.
 //!
 //! ```text
 //! e = D (y - sum (Bi/Ai) u_i - sum (Mi/Ai) impulse - offset),   psi = -de/dtheta
 //! ```
-//! as the equations of one input have it: columns of `psi` are shifts of three signals for each channel.
+//! like the equations for one input: columns of `psi` are shifts of three signals for each channel.
 
 use std::ops::Range;
 
@@ -20,16 +20,16 @@ use crate::structure::monic;
 
 /// The signals of a record, whitened.
 struct Signals {
-    /// What drives each channel.
+    /// The delayed input of each channel.
     driving: Vec<Vec<f64>>,
     outputs: Vec<f64>,
     constant: Vec<f64>,
     impulse: Vec<f64>,
-    /// Samples at the beginning that do not count.
+    /// Number of first samples to ignore.
     lead: usize,
 }
 
-/// The records, ready to be gone through with any parameters.
+/// The records, prepared for evaluation with any parameters.
 pub(super) struct Equations {
     pub(super) layout: Layout,
     signals: Vec<Signals>,
@@ -43,13 +43,12 @@ struct Signalled {
 }
 
 impl Equations {
-    /// Of records with one output, the residual whitened by `1, d1, ..., dk`; `[1]` leaves it.
+    /// For records with one output, the residual whitened by `1, d1, ..., dk`; `[1]` for no whitening.
     pub(super) fn new(segments: &[Segment], layout: Layout, whitening: &[f64]) -> Self {
         Self::from(segments, layout, whitening, 0)
     }
 
-    /// The same where the first outputs, so many at least, do not count: errors of models with other delays are then of the
-    /// same samples.
+    /// The same with at least this many first outputs ignored, so that errors of models with different delays are for the same samples.
     pub(super) fn from(
         segments: &[Segment],
         layout: Layout,
@@ -126,13 +125,13 @@ impl Equations {
         self.gone_through(theta, run).errors
     }
 
-    /// `e` of all records, without the samples that do not count.
+    /// `e` of all records, without ignored samples.
     pub(super) fn counted_errors(&self, theta: &DVector<f64>) -> Vec<Vec<f64>> {
         let of = |run: usize| self.errors(theta, run).split_off(self.signals[run].lead);
         (0..self.signals.len()).map(of).collect()
     }
 
-    /// What a simulation from rest at the first of some samples leaves there.
+    /// The outputs minus a simulation from rest at the first of these samples.
     pub(super) fn errors_from_rest(
         &self,
         theta: &DVector<f64>,
@@ -154,7 +153,7 @@ impl Equations {
         left
     }
 
-    /// The denominator of all free motions: the product of those of the channels.
+    /// The denominator of all free motions: the product of the channels' denominators.
     pub(super) fn free(&self, theta: &DVector<f64>) -> Vec<f64> {
         let poles = self.poles(theta).into_iter();
         poles.fold(vec![1.0], |free, a| product(&free, &monic(&a)))
@@ -165,7 +164,7 @@ impl Equations {
         whitening(self.counted_errors(theta).iter().map(Vec::as_slice))
     }
 
-    /// The normal equations over parts at `theta`; `None` when a number is not finite.
+    /// The normal equations over parts at `theta`; `None` if a number is not finite.
     pub(super) fn total(&self, theta: &DVector<f64>, parts: &[Part]) -> Option<Total> {
         let layout = &self.layout;
         let mut total = Total {
@@ -222,7 +221,7 @@ impl Equations {
         finite.then_some(total)
     }
 
-    /// The poles of each channel given, everything else that comes nearest the outputs of the parts: it enters linearly.
+    /// With given poles of each channel, computes all other parameters, which enter linearly, by least squares over the parts.
     pub(super) fn completed(&self, poles: &[Vec<f64>], parts: &[Part]) -> Option<DVector<f64>> {
         let mut theta = DVector::zeros(self.layout.count());
         let mut is_pole = vec![false; theta.len()];
@@ -247,7 +246,7 @@ impl Equations {
         Some(theta)
     }
 
-    /// The parameters of the least error over the parts near `start`, and the error's sum of squares.
+    /// Minimises the error over the parts, from `start`; returns the parameters and the sum of squares.
     pub(super) fn minimised(
         &self,
         start: DVector<f64>,
@@ -269,7 +268,7 @@ impl Equations {
         least(start, search, &|theta| self.total(theta, parts), &within)
     }
 
-    /// Errors and slopes of all records, one below the other; those of samples that do not count are 0.
+    /// Errors and slopes of all records, one below the other; 0 for ignored samples.
     pub(super) fn linearised(&self, theta: &DVector<f64>) -> Linearised {
         let layout = &self.layout;
         let rows = self.signals.iter().map(|of| of.outputs.len()).sum();

@@ -16,27 +16,26 @@ use crate::uncertainty::Reading;
 const ROUNDS: usize = 5;
 const STEPS: usize = 60;
 const ENOUGH: f64 = 1e-10;
-/// The least standard deviation, over the output's, by which a motion at the beginning is held to 0 where nothing else
-/// tells those of two channels apart.
+/// A prior standard deviation, over the output's, that keeps initial motions near 0 if nothing else separates those of two channels.
 const MOTION: f64 = 1e3;
 
-/// A model of all channels, about the levels and over the scales of its records.
+/// A model of all channels, relative to the levels and scales of its records.
 pub(super) struct Fitted {
     pub(super) layout: Layout,
     pub(super) theta: DVector<f64>,
-    /// `1, d1, ..., dk` of the noise; `[1]` of one that is white, or left out.
+    /// `1, d1, ..., dk` of the noise; `[1]` if it is white, or not modelled.
     pub(super) whitening: Vec<f64>,
 }
 
 impl Fitted {
-    /// The least error near a model's poles; with a noise model where one is asked for.
+    /// The smallest error near a model's poles; with a noise model on request.
     pub(super) fn near(
         segments: &[Segment],
         (model, offset, noise): (&Model, bool, bool),
         radius: f64,
     ) -> Result<Self> {
         let none = || {
-            IdentificationError::Search("the search for the least output error found no minimum")
+            IdentificationError::Search("the search for the smallest output error found no minimum")
         };
         let layout = Layout {
             channels: model.channels.clone(),
@@ -76,7 +75,7 @@ impl Fitted {
         Equations::new(segments, self.layout.clone(), whitening)
     }
 
-    /// The same channels on other records, each with the offset of one record here and no motion at its beginning.
+    /// The same channels on other records, each with the offset of record `run` and no initial motion.
     pub(super) fn on(&self, segments: &[Segment], run: usize) -> (Equations, DVector<f64>) {
         let layout = Layout {
             runs: segments.len(),
@@ -94,11 +93,11 @@ impl Fitted {
     }
 }
 
-/// The same in the signals' units, with its uncertainty.
+/// The model in the signals' units, with its uncertainty.
 pub(super) struct InUnits {
     /// Of each channel, with the covariance of its parameters.
     pub(super) channels: Vec<(Channel, Estimate)>,
-    /// The offset of each record about the inputs' levels.
+    /// The offset of each record, relative to the inputs' levels.
     pub(super) offsets: Vec<f64>,
     pub(super) noise_variance: f64,
     pub(super) residuals: Vec<Vec<f64>>,
@@ -106,7 +105,7 @@ pub(super) struct InUnits {
 
 impl InUnits {
     /// # Errors
-    /// [`IdentificationError`], when the records do not determine every parameter.
+    /// [`IdentificationError`], if the records do not determine every parameter.
     pub(super) fn of(fitted: &Fitted, scaled: &Scaled, sample_time: f64) -> Result<Self> {
         let Fitted {
             layout,
@@ -190,7 +189,7 @@ impl InUnits {
     }
 }
 
-/// Errors one below the other as each record's.
+/// Splits errors into records.
 fn by_run(errors: &DVector<f64>, segments: &[Segment]) -> Vec<Vec<f64>> {
     let mut rest = errors.as_slice();
     let of = |segment: &Segment| {
@@ -201,8 +200,8 @@ fn by_run(errors: &DVector<f64>, segments: &[Segment]) -> Vec<Vec<f64>> {
     segments.iter().map(of).collect()
 }
 
-/// A row more for each motion at a beginning, which holds it to 0 far beyond the output's range: those of two channels with
-/// the same poles are one.
+/// Adds a row for each initial motion that keeps it weakly near 0: otherwise the motions of two channels with the same poles could not be
+/// separated.
 fn with_motions_held(at: &Linearised, layout: &Layout, variance: f64) -> Linearised {
     let channels = 0..layout.channels.len();
     let motions: Vec<usize> = (0..layout.runs)

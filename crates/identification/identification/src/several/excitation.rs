@@ -1,15 +1,15 @@
-//! What of each input is its own: inputs that move together cannot be told apart.
+//! The independent share of each input: the effects of inputs that move together cannot be separated.
 
 use nalgebra::{DMatrix, DVector};
 use planesman_record::Segment;
 
 use crate::batch::Triangle;
 
-/// Samples before and behind at which other inputs may explain one.
+/// Number of earlier and later samples of other inputs that may explain one.
 const LAGS: usize = 5;
-/// Rows looked at, at most.
+/// Maximum number of rows used.
 const ROWS: usize = 10_000;
-/// Rows for each parameter at least.
+/// Minimum number of rows for each parameter.
 const ROWS_PER_PARAMETER: usize = 2;
 
 /// The share of an input's variation that the others do not explain.
@@ -17,12 +17,11 @@ const ROWS_PER_PARAMETER: usize = 2;
 pub struct IndependentShare {
     /// From 0 to 1.
     pub share: f64,
-    /// The number of the other input that explains most; `None` of one input alone.
+    /// The number of the other input that explains most; `None` for a single input.
     pub other: Option<usize>,
 }
 
-/// Of each input of the records: what is left of it when the others, up to five samples earlier and later, explain it as
-/// well as they can.
+/// For each input of the records: the remainder after regression on the others, up to five samples earlier and later.
 pub(super) fn own(segments: &[Segment]) -> Vec<IndependentShare> {
     let inputs = segments.first().map_or(0, |it| it.inputs.len());
     (0..inputs)
@@ -39,7 +38,7 @@ pub(super) fn own(segments: &[Segment]) -> Vec<IndependentShare> {
         .collect()
 }
 
-/// The share of an input's sum of squares that others leave, for each degree of freedom.
+/// The share of an input's sum of squares that the others do not explain, per degree of freedom.
 fn left(segments: &[Segment], input: usize, others: &[usize]) -> f64 {
     let samples: usize = segments.iter().map(Segment::len).sum();
     let most = samples / (ROWS_PER_PARAMETER * others.len()).max(1);

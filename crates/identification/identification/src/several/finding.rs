@@ -1,10 +1,10 @@
-//! What speaks for a model of several inputs and against it: findings of one input's, with the input's name.
+//! Reasons for and against a model of several inputs: findings as for one input, with the input's name.
 
 use std::fmt;
 
 use crate::analysis::Reason;
 
-/// A finding, of one input where it is.
+/// A finding, about one input if applicable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
     /// The input's name.

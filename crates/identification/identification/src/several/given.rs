@@ -1,4 +1,4 @@
-//! A given model of several inputs on a record: simulated from a state fitted to each segment, its offset its own.
+//! A given model of several inputs on a record: simulated with a state fitted to each segment and its own offset.
 
 use nalgebra::DVector;
 use planesman_record::{Record, Segment};
@@ -14,7 +14,7 @@ use crate::structure::variance;
 use crate::validation::residuals::ResidualTests;
 use planesman_record::filter;
 
-/// A model of one output, wherever it comes from.
+/// A model of one output, from any source.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KnownStructure {
     /// The number of each channel's input in a record, and its transfer function.
@@ -25,18 +25,18 @@ pub struct KnownStructure {
     pub sample_time: f64,
 }
 
-/// Such a model on a record.
+/// The performance of such a model on a record.
 #[derive(Clone, Debug)]
 pub struct Judged {
     /// The simulated fit, %.
     pub fit: Option<f64>,
-    /// Samples it is of.
+    /// Number of samples.
     pub samples: usize,
-    /// The simulated output of each segment that was used.
+    /// The simulated output of each segment used.
     pub simulated: Vec<Vec<f64>>,
     /// The longest segment's number in the record.
     pub longest: usize,
-    /// Its error against each channel's input.
+    /// The tests of the error against each channel's input.
     pub residuals: Vec<Option<ResidualTests>>,
 }
 

@@ -1,29 +1,28 @@
-//! Channels, from one input to the output each, and the place of every unknown in theta.
+//! Channels, each from one input to the output, and the place of every unknown in theta.
 //!
 //! ```text
 //!                       Bi(q)
 //! y_k = sum  q^-di  *  ------ u_i,k  +  offset  +  noise_k
 //!        i              Ai(q)
 //! ```
-//! Each channel has an order and a delay of its own; of each record the offset and the motion that every channel begins
-//! with are sought too.
+//! Each channel has its own order and delay; the offset of each record and the initial motion of every channel are also estimated.
 
 use std::ops::Range;
 
 use crate::structure::{InitialState, Structure};
 
-/// A channel: an input and the structure of what it does.
+/// A channel: an input and the structure of its effect.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
     /// The input's number.
     pub input: usize,
-    /// Order, numerator and delay; the offset is none of its own.
+    /// Order, numerator and delay; a channel has no offset.
     pub structure: Structure,
 }
 
 impl Channel {
-    /// A channel of an order and a delay: as many coefficients of the numerator as poles, one more where the input acts at
-    /// once, one of a static gain.
+    /// A channel with an order and a delay: as many numerator coefficients as poles, one more with direct feedthrough, one for a static
+    /// gain.
     pub(super) fn new(input: usize, order: usize, delay: usize, start: InitialState) -> Self {
         let at_once = usize::from(delay == 0 && order > 0);
         Self {
@@ -50,13 +49,13 @@ impl Channel {
         self.structure.delay
     }
 
-    /// Poles, numerator and the delay, which is chosen too.
+    /// The number of poles, numerator coefficients and the delay, which is chosen too.
     pub(super) fn parameters(&self) -> usize {
         self.structure.poles + self.structure.numerator + 1
     }
 }
 
-/// Where each unknown stands in theta: `[a, b of each channel, offset of each record, motions of each record]`.
+/// The place of each unknown in theta: `[a, b of each channel, offset of each record, motions of each record]`.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Layout {
     pub(super) channels: Vec<Channel>,
@@ -92,7 +91,7 @@ impl Layout {
         self.offset.then(|| self.of_channels() + run)
     }
 
-    /// The motion that a channel begins a record with.
+    /// The initial motion of a channel in a record.
     pub(super) fn motion(&self, run: usize, channel: usize) -> Range<usize> {
         let of = |it: &Channel| match it.structure.start {
             InitialState::Rest => 0,
@@ -112,8 +111,7 @@ impl Layout {
         }
     }
 
-    /// The first outputs of a record that are driven by inputs which are not known, with so many known of each input
-    /// before it.
+    /// The number of first outputs of a record that depend on unknown inputs, given the known past of each input.
     pub(super) fn unknown(&self, past: &[Vec<f64>]) -> usize {
         let known = |input: usize| past.get(input).map_or(0, Vec::len);
         let each = self.channels.iter();
@@ -122,7 +120,7 @@ impl Layout {
             .unwrap_or_default()
     }
 
-    /// The places of the unknowns of a record that the output depends on.
+    /// The places of the unknowns that affect a record's output.
     pub(super) fn places(&self, run: usize) -> Vec<usize> {
         let channels = 0..self.channels.len();
         let of_channels = channels.clone().flat_map(|it| self.a(it).chain(self.b(it)));

@@ -1,19 +1,19 @@
-//! Several inputs to one output: a transfer function of each input, with an order, a delay and intervals of its own.
+//! Several inputs to one output: a transfer function of each input, with its own order, delay and intervals.
 //!
 //! ```text
 //! y = sum  q^-di (Bi/Ai) u_i  +  offset of each record  +  e/D
 //! ```
-//! The least simulated error of all channels together, by Gauss-Newton steps ([`Analysis`] says what was found of it). An
-//! input that does nothing is left out, by an F test. Inputs that move together cannot be told apart: that is said.
+//! Gauss-Newton steps minimise the simulated error of all channels together ([`Analysis`] has the results). An F test finds inputs without
+//! an effect, which are left out. The effects of inputs that move together cannot be separated; the verdict says so.
 //!
-//! - `layout`: channels, and the place of every unknown; `scaled`: records about their levels.
+//! - `layout`: channels, and the place of every unknown; `scaled`: records relative to their levels.
 //! - `equations`: the error, its normal equations, its slopes.
 //! - `regressions`: likely delays and the noise, by difference equations.
-//! - `selection`: orders, delays, and which inputs do anything.
+//! - `selection`: orders, delays, and which inputs have an effect.
 //! - `estimate`: the model in the signals' units, with its covariance; `delays`: intervals of the delays.
-//! - `excitation`: what of each input is its own.
-//! - `given`: a model of any origin on a record.
-//! - `verdict`: what the model is good for, and why; `finding`: each reason, of which input; `text`: the results for the terminal.
+//! - `excitation`: the independent share of each input.
+//! - `given`: a model from any source on a record.
+//! - `verdict`: the verdict and its reasons; `finding`: each reason with its input; `text`: the results for the terminal.
 //!
 //! Source: Ljung, *System Identification*, 2nd ed., 1999, sec. 4.2 and 7.3.
 

@@ -6,15 +6,15 @@ use crate::structure::InitialState;
 /// Options of the analysis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// The order of every channel; `None` for each to have its own.
+    /// The order of every channel; `None` to choose each.
     pub order: Option<usize>,
-    /// The delay of every channel, samples; `None` for each to have its own.
+    /// The delay of every channel, samples; `None` to choose each.
     pub delay: Option<usize>,
     /// Output error or Box-Jenkins; `None` for cross-validation to choose.
     pub kind: Option<Kind>,
-    /// Seek an offset of the output.
+    /// Whether to estimate an offset of the output.
     pub offset: bool,
-    /// How each segment begins.
+    /// The initial state of each segment.
     pub start: InitialState,
 }
 

@@ -1,9 +1,9 @@
-//! Difference equations with several inputs, from one matrix of products: likely delays, an equation of high order.
+//! Difference equations with several inputs, from one matrix of products: likely delays, a high-order equation.
 //!
 //! ```text
 //! A(q) y = sum Bi(q) u_i + constant + e
 //! ```
-//! Columns: `y(k-1) ... y(k-L)`, `u_i(k) ... u_i(k-L)` of each input, and `y(k)` itself; each record about its means.
+//! Columns: `y(k-1) ... y(k-L)`, `u_i(k) ... u_i(k-L)` of each input, and `y(k)` itself; each record minus its means.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 use planesman_record::Segment;
@@ -12,14 +12,14 @@ use crate::states::HIGH;
 
 /// Largest lag of inputs and outputs.
 pub(super) const LAGS: usize = 40;
-/// Columns at most, over all inputs.
+/// Maximum number of columns, over all inputs.
 const COLUMNS: usize = 400;
-/// Share of its largest by which a direction of the regressors must stand out.
+/// Relative ridge on the regressors.
 const RIDGE: f64 = 1e-12;
-/// Orders of the equations that delays are sought with, and rounds over the inputs.
+/// Orders of the equations for the search of delays, and rounds over the inputs.
 const ORDERS: [usize; 5] = [1, 2, 3, 4, 6];
 const ROUNDS: usize = 4;
-/// Rows for each parameter of an equation of high order at least.
+/// Minimum number of rows for each parameter of a high-order equation.
 const ROWS_PER_PARAMETER: usize = 4;
 
 /// The products of the columns over all rows.
@@ -51,7 +51,7 @@ impl Equation {
         likelihood + for_each * self.parameters() as f64
     }
 
-    /// The variance of the noise for each degree of freedom left.
+    /// The variance of the noise per degree of freedom.
     pub(super) fn noise_variance(&self) -> f64 {
         let freedom = self.rows.saturating_sub(self.parameters() + 1).max(1);
         self.variance * self.rows as f64 / freedom as f64
@@ -103,8 +103,7 @@ impl Regressions {
         }
     }
 
-    /// The equation of an order, with so many coefficients of each input from its delay on; `None` when the rows do not
-    /// determine it.
+    /// The equation of an order, with this many coefficients of each input from its delay on; `None` if the rows do not determine it.
     fn equation(&self, order: usize, delays: &[usize], numerator: usize) -> Option<Equation> {
         let lags = self.lags;
         if order > lags || delays.iter().any(|it| it + numerator > lags + 1) {
@@ -139,7 +138,7 @@ impl Regressions {
         })
     }
 
-    /// The equation of the least Bayesian criterion, each input with the delay that suits it; delays that are given stay.
+    /// The equation with the lowest Bayesian criterion, each input with its best delay; given delays are kept.
     pub(super) fn likely(&self, delay: Option<usize>) -> Option<Equation> {
         let penalty = libm::log(self.rows.max(2) as f64);
         let of_order = |order: usize| {
@@ -167,7 +166,7 @@ impl Regressions {
         found.min_by(|p, q| p.criterion(penalty).total_cmp(&q.criterion(penalty)))
     }
 
-    /// The equation of high order that Akaike's criterion takes.
+    /// The high-order equation chosen by Akaike's criterion.
     pub(super) fn high_order(&self) -> Option<Equation> {
         let none = vec![0; self.inputs];
         let orders = HIGH.into_iter().filter(|order| {

@@ -1,11 +1,11 @@
-//! Records about their levels and over their scales: one output, all inputs.
+//! Records relative to their levels and scales: one output, all inputs.
 
 use planesman_record::{Record, Segment};
 
 use crate::scale::Scale;
 use crate::structure::InitialState;
 
-/// The segments of a record that are used, with one of its outputs.
+/// The segments used of a record, with one of its outputs.
 #[derive(Clone, Debug)]
 pub(super) struct Scaled {
     pub(super) segments: Vec<Segment>,
@@ -14,7 +14,7 @@ pub(super) struct Scaled {
 }
 
 impl Scaled {
-    /// Of some segments and one output; the scales of others, where they are given.
+    /// From segments and one output; with given scales of other data, if any.
     pub(super) fn of(
         segments: &[&Segment],
         output: usize,

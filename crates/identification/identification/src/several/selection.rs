@@ -1,13 +1,12 @@
-//! The choice of each channel's order and delay, and of the inputs that do anything.
+//! The choice of each channel's order and delay, and of the inputs with an effect.
 //!
-//! The search begins with an order of 1 in every channel, at the delays of the likeliest difference equation, and takes one
-//! step at a time: an order more or less, a delay more or less, in one channel; all parameters are fitted anew at each. It
-//! goes downhill twice: by the simulated error, its samples counted as those of a coloured residual, then by the error
-//! whitened by the residual's autoregression. The second way an input is left out, or taken in again, by the Bayesian
-//! criterion, its delay counted as a parameter: an F test. Models on the way and beside its end are cross-validated, output
-//! error and with the noise model, as those of one input are. That at the end of the way is taken if it is within a standard
-//! error of the best; else, by the rule for one input, of those within half a standard error the one with the fewest
-//! parameters.
+//! The search begins with order 1 in every channel, at the delays of the most likely difference equation. Each step changes an order or a
+//! delay in one channel; all parameters are fitted again at each step. It descends twice: first on the simulated error, with the effective
+//! number of samples for a coloured residual, then on the error whitened by the residual's autoregression. In the second descent inputs may
+//! be left out, or added again, by the Bayesian criterion with the delay counted as a parameter: an F test. Models on the path and near its
+//! end are cross-validated, output error and with the noise model, as for one input. The model at the end of the path is chosen if it is
+//! within a standard error of the best. Otherwise, by the rule for one input, the one with the fewest parameters within half a standard
+//! error.
 
 use nalgebra::DVector;
 use planesman_linear::polynomial::product;
@@ -32,19 +31,19 @@ use crate::structure::{InitialState, monic};
 pub(super) const MAX_ORDER: usize = 4;
 pub(super) const MAX_DELAY: usize = super::regressions::LAGS;
 
-/// Steps of the search at most.
+/// Maximum number of steps of the search.
 const ROUNDS: usize = 40;
-/// Steps of a fit, a first look at a start, and the share of the cost from which a step is worth going on for.
+/// Maximum number of steps of a fit and of a trial start, and the relative decrease of the cost that makes another step worthwhile.
 const STEPS: usize = 20;
 const FIRST_STEPS: usize = 3;
 const ENOUGH: f64 = 1e-5;
-/// Models cross-validated at most.
+/// Maximum number of cross-validated models.
 const JUDGED: usize = 14;
-/// By how much the criterion of a model that is cross-validated may exceed the least.
+/// A model is cross-validated if its criterion exceeds the lowest by at most this.
 const NEAR: f64 = 12.0;
-/// Decay rates per sample that real poles begin with: from the record's length to one sample.
+/// Number of decay rates per sample for initial real poles: from the record's length to one sample.
 const RATES: usize = 7;
-/// By how many samples a delay is moved in one step.
+/// Changes of a delay in one step, samples.
 const MOVES: [i64; 6] = [-1, 1, -2, 2, -4, 4];
 
 /// A model: its channels, with `a1 ... an` of each.
@@ -63,7 +62,7 @@ impl Model {
         self.channels.iter().any(|it| it.input == input)
     }
 
-    /// The same with another channel in place of one, of the same number.
+    /// The same model with channel `number` replaced.
     fn with(&self, number: usize, channel: Channel, poles: Vec<f64>) -> Self {
         let mut other = self.clone();
         other.channels[number] = channel;
@@ -79,7 +78,7 @@ impl Model {
         other
     }
 
-    /// The same with one channel more.
+    /// The same model with an additional channel.
     fn and(&self, channel: Channel, poles: Vec<f64>) -> Self {
         let mut other = self.clone();
         let place = other
@@ -98,15 +97,15 @@ pub struct Candidate {
     pub kind: Kind,
     /// Its channels.
     pub channels: Vec<Channel>,
-    /// The mean squared error of each block that was left out, over the output's variance: halves, then fifths.
+    /// The mean squared error of each block left out, over the output's variance: halves, then fifths.
     pub errors: Vec<f64>,
-    /// Samples that its errors are worth.
+    /// The effective number of samples of its errors.
     samples: f64,
     poles: Vec<Vec<f64>>,
 }
 
 impl Candidate {
-    /// Poles and coefficients of the numerators.
+    /// The number of poles and numerator coefficients.
     #[must_use]
     pub fn parameters(&self) -> usize {
         let each = self.channels.iter();
@@ -119,13 +118,13 @@ impl Candidate {
             + self.parameters() as f64 * libm::log(self.samples) / self.samples
     }
 
-    /// The fit that the errors amount to, %.
+    /// The fit that corresponds to the errors, %.
     #[must_use]
     pub fn fit(&self) -> f64 {
         100.0 * (1.0 - libm::exp(mean_logarithm(&self.errors) / 2.0))
     }
 
-    /// How many times larger the error is with half the record left out than with a fifth.
+    /// The ratio of the errors with half the record left out to those with a fifth.
     #[must_use]
     pub fn half_data_error_ratio(&self) -> f64 {
         let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
@@ -133,7 +132,7 @@ impl Candidate {
         mean(halves) / mean(fifths).max(f64::MIN_POSITIVE)
     }
 
-    /// The place of the best of these with fewer parameters than the first, if it is no more than a standard error worse.
+    /// The index of the best candidate with fewer parameters than this one, if it is at most a standard error worse.
     pub(super) fn simpler(&self, among: &[Self]) -> Option<usize> {
         let most = among.first()?.parameters();
         let is_as_good = |it: &Self| {
@@ -153,17 +152,17 @@ impl Candidate {
     }
 }
 
-/// Whether an input does anything: an F test.
+/// The F test for an input's effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effect {
-    /// The F statistic of the input's parameters, the residual whitened.
+    /// The F statistic of the input's parameters, with the residual whitened.
     pub f: f64,
-    /// The F that the Bayesian criterion asks for, the delay counted as a parameter.
+    /// The F that the Bayesian criterion requires, with the delay counted as a parameter.
     pub needed: f64,
 }
 
 impl Effect {
-    /// Whether it does.
+    /// Whether the effect is significant.
     #[must_use]
     pub fn is_there(&self) -> bool {
         self.f >= self.needed
@@ -176,7 +175,7 @@ pub(super) struct Choice {
     pub(super) candidates: Vec<Candidate>,
     /// Of each input.
     pub(super) effects: Vec<Effect>,
-    /// The variance of what an equation of high order leaves, over that of the output.
+    /// The residual variance of a high-order equation, over the output's variance.
     pub(super) innovation: Option<f64>,
 }
 
@@ -188,17 +187,17 @@ struct Point {
     cost: f64,
 }
 
-/// What is minimised on the way.
+/// The error that a descent minimises.
 enum By {
     /// The simulated error.
     Simulation,
-    /// The same, whitened; inputs come and go.
+    /// The whitened error; inputs may be added or left out.
     Whitened,
-    /// The same, of the inputs that are there.
+    /// The whitened error with a fixed set of inputs.
     Present,
 }
 
-/// The channel of the least effect, if that is none.
+/// The channel with the smallest effect, if it is not significant.
 fn idle(model: &Model, effects: &[Effect]) -> Option<usize> {
     let share = |it: &Channel| effects[it.input].f / effects[it.input].needed;
     let channels = model.channels.iter().enumerate();
@@ -207,16 +206,16 @@ fn idle(model: &Model, effects: &[Effect]) -> Option<usize> {
     least.map(|it| it.0)
 }
 
-/// How errors are weighed.
+/// The weighting of errors.
 struct Weight {
-    /// `1, d1, ..., dk`, which they go through.
+    /// `1, d1, ..., dk`, the filter applied to the errors.
     whitening: Vec<f64>,
-    /// Outputs of each record that do not count, at least.
+    /// Minimum number of first outputs of each record to ignore.
     first: usize,
 }
 
 impl Weight {
-    /// As they are.
+    /// Unweighted errors.
     fn plain() -> Self {
         Self {
             whitening: vec![1.0],
@@ -225,7 +224,7 @@ impl Weight {
     }
 }
 
-/// The records, ready to be searched.
+/// The records, prepared for the search.
 pub(super) struct Chooser<'a> {
     segments: &'a [Segment],
     asked: Options,
@@ -234,7 +233,7 @@ pub(super) struct Chooser<'a> {
     radius: f64,
     likely: Option<Equation>,
     high: Option<Equation>,
-    /// Poles of order 1, 2, ... of each input by the equation of high order.
+    /// Poles of order 1, 2, ... of each input from the high-order equation.
     realised: Vec<Vec<Vec<f64>>>,
     /// Real poles to begin with.
     rates: Vec<f64>,
@@ -289,7 +288,7 @@ impl<'a> Chooser<'a> {
         Equations::from(self.segments, layout, &by.whitening, by.first)
     }
 
-    /// The first outputs that some model has no known input for: those of none count where they are compared.
+    /// The number of first outputs for which some model lacks a known input; they are ignored when models are compared.
     fn first<'m>(&self, models: impl Iterator<Item = &'m Model>) -> usize {
         let unknown = models.map(|it| {
             let layout = self.layout(&it.channels);
@@ -311,7 +310,7 @@ impl<'a> Chooser<'a> {
         Channel::new(input, order, delay, self.asked.start)
     }
 
-    /// The least error near a model's poles, in so many steps.
+    /// The smallest error near a model's poles, in at most this many steps.
     fn fitted(&self, model: &Model, by: &Weight, steps: usize) -> Option<Point> {
         let equations = self.equations(&model.channels, by);
         let whole = equations.whole();
@@ -327,7 +326,7 @@ impl<'a> Chooser<'a> {
         })
     }
 
-    /// The least of several starts: each in a few steps, the best of them to its end.
+    /// The best of several starts: each for a few steps, then the best until it converges.
     fn best_of(&self, starts: &[Model], by: &Weight) -> Option<Point> {
         let steps = match starts.len() {
             1 => STEPS,
@@ -342,7 +341,7 @@ impl<'a> Chooser<'a> {
         }
     }
 
-    /// Poles of an order to begin a channel's search at: the realised ones, and real poles beside those it has.
+    /// Initial poles of a given order for a channel: the realised ones, and real poles added to the present ones.
     fn starts(&self, input: usize, order: usize, before: &[f64]) -> Vec<Vec<f64>> {
         let realised = order
             .checked_sub(1)
@@ -369,7 +368,7 @@ impl<'a> Chooser<'a> {
             .collect()
     }
 
-    /// A model of one order, at the likely delays, real poles chosen one channel after the other.
+    /// A model of order one in each channel, at the likely delays, with real poles chosen channel by channel.
     fn beginning(&self) -> Option<Point> {
         let order = self.asked.order.unwrap_or(1);
         let delay = |input: usize| {
@@ -418,7 +417,7 @@ impl<'a> Chooser<'a> {
         self.best_of(&starts, &plain)
     }
 
-    /// The models one step from another, each by its starts.
+    /// The models one step from another, each with its starts.
     fn steps(&self, from: &Model, by: &By) -> Vec<Vec<Model>> {
         let mut steps = Vec::new();
         for (number, channel) in from.channels.iter().enumerate() {
@@ -454,7 +453,7 @@ impl<'a> Chooser<'a> {
         steps
     }
 
-    /// A model with one more input, of the first order at its likely delay.
+    /// A model with an additional first-order input at its likely delay.
     fn with_input(&self, model: &Model, input: usize) -> Vec<Model> {
         let likely = self.likely.as_ref().map(|it| it.delays[input]);
         let delay = self.asked.delay.or(likely).unwrap_or(1);
@@ -465,7 +464,7 @@ impl<'a> Chooser<'a> {
         with.collect()
     }
 
-    /// Downhill from a point: the points on the way, and those one step from the last with their criterion.
+    /// Descends from a point; returns the points on the path, and those one step from the last with their criterion.
     fn downhill(&self, begin: Point, by: &By) -> (Vec<Point>, Vec<(f64, Point)>) {
         let mut path = vec![begin];
         let mut beside = Vec::new();
@@ -519,12 +518,12 @@ impl<'a> Chooser<'a> {
             .whitening(&point.theta)
     }
 
-    /// The samples that squares of a residual of this colour are worth.
+    /// The effective number of samples for squares of a residual of this colour.
     fn worth(&self, colour: &[f64]) -> f64 {
         (self.samples as f64 * independent_share(colour)).max(MIN_EFFECTIVE_SAMPLES)
     }
 
-    /// The choice; `None` where the records determine no model at all.
+    /// The choice; `None` if the records determine no model at all.
     pub(super) fn choice(&self) -> Option<Choice> {
         let begin = self.beginning()?;
         let (mut way, _) = self.downhill(begin, &By::Simulation);
@@ -614,8 +613,8 @@ impl<'a> Chooser<'a> {
         })
     }
 
-    /// The F test of each input: of those in the model without it, of the others with it. The residual is whitened as that of
-    /// the model is, for slow noise looks like an input's work.
+    /// The F test of each input: for inputs in the model, against the model without it; for others, with it. The residual is whitened by
+    /// the model's autoregression, because slow noise resembles an input's effect.
     fn effects(&self, point: &Point) -> Vec<Effect> {
         let n = self.samples as f64;
         let model = &point.model;
@@ -654,7 +653,7 @@ impl<'a> Chooser<'a> {
         on_all_cores(&inputs, |input| of(*input).unwrap_or(none))
     }
 
-    /// The least error of a model, which may have no channel.
+    /// The smallest error of a model, which may have no channel.
     fn cost(&self, model: &Model, by: &Weight) -> Option<f64> {
         if !model.channels.is_empty() || self.asked.offset {
             return self.fitted(model, by, STEPS).map(|it| it.cost);
@@ -675,7 +674,7 @@ impl<'a> Chooser<'a> {
         Folds::of(&runs, &vec![0; runs.len()])
     }
 
-    /// A model with the errors of each fold; `None` where a fold does not determine it.
+    /// A model with the errors of each fold; `None` if a fold does not determine it.
     fn judged(&self, folds: &Folds, kind: Kind, model: &Model) -> Option<Candidate> {
         let mut weight = Weight::plain();
         let plain = self.equations(&model.channels, &weight);
@@ -704,8 +703,8 @@ impl<'a> Chooser<'a> {
         })
     }
 
-    /// The mean squared simulation error over a block, over the output's variance: simulated through from before it, or
-    /// with the state fitted there where the record begins with it.
+    /// The mean squared simulation error over a block, over the output's variance: simulated through from before it, or with the state
+    /// fitted in it if the record begins with it.
     fn error(&self, folds: &Folds, fold: usize, plain: &Equations, found: &DVector<f64>) -> f64 {
         let free = plain.free(found);
         let order = free.len() - 1;

@@ -166,7 +166,7 @@ fn an_input_that_stands_still_is_refused_by_its_name() {
     begins[0] = 0.0;
     for (still, said) in [
         (vec![4.0; 300], "v is constant"),
-        (begins, "v moves in the first samples alone"),
+        (begins, "v moves only in the first samples"),
     ] {
         let record = record(&[("u", &u), ("v", &still)], &[("y", y.clone())]);
         let refusal = analyse(&record, 0, &Options::default()).unwrap_err();

@@ -11,11 +11,11 @@ use crate::analysis::text::{
     to_a_nanosecond,
 };
 
-/// Candidates printed, and offsets.
+/// Maximum number of candidates printed, and of offsets.
 const SHOWN: usize = 8;
 
 impl Analysis {
-    /// Verdict, results, reasons and what is next, with all detail.
+    /// Verdict, results, reasons and next steps, with all details.
     #[must_use]
     pub fn text(&self) -> String {
         self.text_as(Shown {
@@ -24,7 +24,7 @@ impl Analysis {
         })
     }
 
-    /// The same as it is to be shown.
+    /// The same with a choice of what to show.
     #[must_use]
     pub fn text_as(&self, shown: Shown<'_>) -> String {
         let numbers = match shown.verbose {

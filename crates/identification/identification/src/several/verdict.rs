@@ -1,4 +1,4 @@
-//! The verdict on a model of several inputs, by the limits of one input's, and its reasons.
+//! The verdict on a model of several inputs, with the same limits as for one input, and its reasons.
 
 use planesman_record::Segment;
 
@@ -16,14 +16,14 @@ use crate::uncertainty::{SIGMAS_95, Uncertain};
 use crate::validation::identifiability::{Doubt, excitation_order};
 use crate::validation::residuals::ResidualTests;
 
-/// The share of an input's variation that must be its own for the others' effect and its own to be told apart where the
-/// data says little of one of them.
+/// The share of an input's variation that must be independent to separate its effect from the others', if the data contains little
+/// information on one of them.
 const OWN: f64 = 0.1;
-/// The same whatever the data seems to say: with less, the channels' orders alone tell the inputs apart.
+/// The same, whatever the data seems to say: below this, only the channels' orders separate the inputs.
 const RIGID: f64 = 1e-3;
 
 impl Analysis {
-    /// Takes verdict and reasons.
+    /// Sets verdict and reasons.
     pub(super) fn judge(&mut self, segments: &[&Segment]) {
         let doubts = self.doubts(segments);
         self.verdict = self.judged(!doubts.is_empty());
@@ -37,13 +37,13 @@ impl Analysis {
         reasons.chain([self.verdict_text()]).collect()
     }
 
-    /// The verdict, and what to do next.
+    /// The verdict, and the next step.
     #[must_use]
     pub fn verdict_text(&self) -> String {
         self.verdict.text(self.next())
     }
 
-    /// What to do next with several inputs.
+    /// The next step with several inputs.
     #[must_use]
     pub fn next(&self) -> String {
         match self.verdict {
@@ -52,15 +52,16 @@ impl Analysis {
                 option("reference")
             ),
             Verdict::Undetermined => format!(
-                "record again with every input moving by itself (PRBS, several steps), or ask for a lower order: {}",
+                "record again with every input moving separately (PRBS, several steps), or use a \
+                 lower order: {}",
                 setting("order", 1)
             ),
             Verdict::DynamicsMissing => format!(
-                "try a higher {}, or name another input that moves the output too",
+                "try a higher {}, or name another input that affects the output too",
                 option("order")
             ),
             Verdict::Usable => format!(
-                "record for longer, every input moving by itself; page: {}",
+                "record for longer, with every input moving separately; page: {}",
                 setting("html", "model.html")
             ),
             _ => self.verdict.next(),
@@ -158,7 +159,7 @@ impl Analysis {
         self.channels().filter_map(of).collect()
     }
 
-    /// Whether what an input does cannot be told from what the others do.
+    /// Whether the effect of an input cannot be separated from the others' effects.
     fn is_inseparable(&self, input: &InputFindings) -> bool {
         let says_little = match &input.model {
             None => true,
@@ -179,7 +180,7 @@ impl Analysis {
         );
         if best.fit() > chosen.fit() + 0.05 {
             text += &format!(
-                "; the largest fit, {:.1} % ({}), is not significantly larger",
+                "; the highest fit, {:.1} % ({}), is not significantly higher",
                 best.fit(),
                 self.in_words(best)
             );
@@ -187,7 +188,7 @@ impl Analysis {
         Some(Reason::SelectedOfSeveral(text))
     }
 
-    /// A candidate in words.
+    /// A candidate as text.
     pub(super) fn in_words(&self, of: &Candidate) -> String {
         let channels = of.channels.iter().map(|it| {
             let name = &self.inputs[it.input].name;
@@ -266,7 +267,7 @@ impl Analysis {
 }
 
 impl ChannelModel {
-    /// The steady-state gain, where it is hardly known.
+    /// The steady-state gain, if it is poorly determined.
     fn undetermined_gain(&self) -> Option<Uncertain> {
         undetermined_gain(&self.reading(), self.estimate.sample_time)
     }

@@ -1,4 +1,4 @@
-//! Where the time of a table stands, and how it is written.
+//! Finds the time of a table, and its format.
 
 use csv::ByteRecord;
 use planesman_text::shown;
@@ -10,7 +10,7 @@ use crate::error::{Result, SourceError};
 use crate::time_unit::{self, JudgedUnit, Known, TimeUnit};
 use crate::unit_name::with_unit;
 
-/// Names of the whole seconds of a time in two columns, behind the last sign of a longer name, and of their parts.
+/// Names of a time in two columns: of the whole seconds, after the last separator of a longer name, and of the fraction.
 const SECONDS: [&str; 4] = ["sec", "secs", "seconds", "s"];
 
 const PARTS: [(&str, TimeUnit); 14] = [
@@ -30,7 +30,7 @@ const PARTS: [(&str, TimeUnit); 14] = [
     ("ms", TimeUnit::Ms),
 ];
 
-/// Names of a column that counts the rows, beside none at all.
+/// Names of a column that counts the rows; an empty name counts too.
 const COUNTS: [&str; 14] = [
     "",
     "index",
@@ -48,7 +48,7 @@ const COUNTS: [&str; 14] = [
     "unnamed: 0",
 ];
 
-/// Names of a column that counts the turns of a loop or the pictures of a camera.
+/// Names of a column that counts the cycles of a loop or the frames of a camera.
 const LOOPS: [&str; 7] = [
     "loopiteration",
     "iteration",
@@ -59,7 +59,7 @@ const LOOPS: [&str; 7] = [
     "packet",
 ];
 
-/// The whole seconds of a date from 1980 to 2096.
+/// The whole seconds of dates from 1980 to 2096.
 const EPOCH: std::ops::Range<f64> = 315e6..4e9;
 
 impl CsvSource {
@@ -139,7 +139,7 @@ impl CsvSource {
         })
     }
 
-    /// The first column of which every cell is a date with a time of day.
+    /// The first column with a date and a time of day in every cell.
     fn dates_in(&self, start: &[Vec<String>]) -> Option<Time> {
         let is_date = |cell: &str| {
             let date = |order| csv_time::date(cell, order).is_some_and(|it| it > csv_time::DAY);
@@ -154,7 +154,7 @@ impl CsvSource {
         place.filter(|_| !start.is_empty()).map(Time::Named)
     }
 
-    /// A time that no name tells of: an epoch with its nanoseconds in the first two columns, or a first column that rises.
+    /// A time that no name reveals: an epoch with its nanoseconds in the first two columns, or a first column that rises.
     fn found_in(&self, start: &[Vec<String>]) -> Time {
         let whole = |row: &Vec<String>, at: usize| {
             let number = row.get(at).and_then(|it| it.parse::<f64>().ok());
@@ -213,8 +213,8 @@ impl CsvSource {
         }
     }
 
-    /// How the time is written: in the unit asked for, or that of the column's name; in that in which its first number is a date
-    /// of our time; in days; with the day first or the month.
+    /// Finds the format of the time: the requested unit, or that of the column's name; the unit in which its first number is a present
+    /// date; days; the order of day and month.
     pub(super) fn find_written(&mut self, asked: &TableTime, start: &[Vec<String>]) -> Result<()> {
         let (Some(column), false) = (self.time_column(), matches!(self.time, Time::Parts(..)))
         else {
@@ -238,7 +238,7 @@ impl CsvSource {
             Some(unit) => JudgedUnit::from(unit),
             None if is_blackbox() => JudgedUnit {
                 unit: TimeUnit::Us,
-                known: Known::Surely("as blackbox_decode writes it"),
+                known: Known::Surely("as written by blackbox_decode"),
             },
             None if name.eq_ignore_ascii_case("seconds") => TimeUnit::S.into(),
             None => {
@@ -256,7 +256,7 @@ impl CsvSource {
         Ok(())
     }
 
-    /// The cell of the time; where the date has a column of its own, with the time of day behind it.
+    /// The cell of the time; if the date has a separate column, followed by the time of day.
     fn dated(&self, first: &str, start: &[Vec<String>]) -> String {
         match self.time {
             Time::Dated(_, time) => format!("{first} {}", cell(start, time)),
@@ -264,8 +264,8 @@ impl CsvSource {
         }
     }
 
-    /// The order of day and month in the dates of that column, by all its rows; where both are possible, that in which no
-    /// two rows are half a day apart.
+    /// The order of day and month in the dates of that column, from all its rows. If both are possible, the one in which no two rows are
+    /// half a day apart.
     fn find_order(&self, column: usize) -> Result<(Order, String)> {
         let mut reader = self.reader()?;
         let mut row = ByteRecord::new();
@@ -305,11 +305,11 @@ impl CsvSource {
             (false, false) if leaps == [0, 0] => (Order::MonthFirst, String::new()),
             (false, false) if leaps[0] == 0 => (
                 Order::DayFirst,
-                told("day/month/year: their rows follow each other only so"),
+                told("day/month/year: only so do their rows follow each other"),
             ),
             (false, false) if leaps[1] == 0 => (
                 Order::MonthFirst,
-                told("month/day/year: their rows follow each other only so"),
+                told("month/day/year: only so do their rows follow each other"),
             ),
             _ => {
                 return Err(SourceError::Data(format!(
@@ -332,8 +332,7 @@ fn cell(start: &[Vec<String>], column: usize) -> &str {
         .map_or("", String::as_str)
 }
 
-/// The name of the parts of seconds without the word that says so, and the unit: `header.stamp.` of
-/// `header.stamp.nanosec`.
+/// The name of the fraction of seconds without the word for it, and the unit: `header.stamp.` for `header.stamp.nanosec`.
 fn part(name: &str) -> Option<(&str, TimeUnit)> {
     let start = name.rfind(['.', '_', '/', ' ']).map_or(0, |it| it + 1);
     let word = name[start..].trim_matches(['[', ']', '(', ')']);

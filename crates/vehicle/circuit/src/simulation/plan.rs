@@ -1,14 +1,14 @@
-//! The next stretch of motion: a step as long as its error allows, up to the first event.
+//! Plans the next stretch of motion: a step as long as its error allows, up to the first event.
 
 use planesman_linear::{first_below_zero, lowest_point};
 
 use super::{Event, MOST_FORCED, Mode, SHORTEST, STATES, Simulation, Stretch};
 
-/// The largest of the last coefficients of a line's wave over a step, as a multiple of a step's largest error.
+/// The largest allowed size of a line's last wave coefficients over a step, as a multiple of a step's largest error.
 const TAIL: f64 = 1.0;
 
 impl Simulation {
-    /// The largest error over its scale; NaN where one is.
+    /// The largest error over its scale; NaN if one is NaN.
     fn largest_error(&self, errors: &[f64; STATES]) -> f64 {
         let scaled = errors.iter().zip(&self.scales);
         let scaled = scaled.map(|(error, scale)| (error / scale).abs());
@@ -115,7 +115,7 @@ impl Simulation {
         stretch
     }
 
-    /// The events that may end this mode.
+    /// The events that can end this mode.
     fn possible(&self) -> impl Iterator<Item = Event> + use<> {
         let load = &self.circuit.load;
         let mut events = [None; 5];
@@ -145,7 +145,7 @@ impl Simulation {
         events.into_iter().flatten()
     }
 
-    /// An event's margin, positive until it comes, and the margin's rate.
+    /// An event's margin, positive before the event, and the margin's rate.
     fn margin(
         &self,
         event: Event,
@@ -178,7 +178,7 @@ impl Simulation {
         self.margin(event, self.time + h, &row, &rates)
     }
 
-    /// Where a margin, `begin` with its rate here and below zero at `until`, is zero.
+    /// The time at which a margin is zero: it is `begin` with its rate here, and below zero at `until`.
     fn zero(&self, event: Event, until: f64, begin: (f64, f64)) -> f64 {
         let margin = |h| self.margin_after(event, h);
         let (mut low, mut high) = (0.0, until);
@@ -199,8 +199,8 @@ impl Simulation {
     }
 }
 
-/// Whether a margin that falls from `begin` and rises to `end`, values with their rates, may be below zero between: where the two
-/// tangents meet it is lower than any curve that bends upwards throughout.
+/// Whether a margin that falls from `begin` and rises to `end` (values with their rates) may be below zero in between: the intersection of
+/// the two tangents is below any convex curve.
 fn may_touch(begin: (f64, f64), end: (f64, f64), h: f64) -> bool {
     if begin.1 >= 0.0 || end.1 <= 0.0 {
         return false;

@@ -1,15 +1,15 @@
-//! The rates of the states, and a step of them.
+//! The rates of the states, and one integration step.
 
 use planesman_linear::{DORMAND_PRINCE_NODES, dormand_prince_step};
 
 use super::{FIRST_EDGE, Mode, STATES, Simulation};
 use crate::circuit::{MOST_LEVELS, root};
 
-/// Of a circuit with four edges at most: the common one.
+/// Number of states of a circuit with at most four edges, the usual case.
 const FEW_STATES: usize = FIRST_EDGE + 2 * 4;
 
 impl Simulation {
-    /// The force on the ram besides friction, N.
+    /// The force on the ram without friction, N.
     #[inline(always)]
     pub(super) fn net(&self, time: f64, row: &[f64]) -> f64 {
         let load = &self.circuit.load;
@@ -26,7 +26,7 @@ impl Simulation {
         self.force.begin + self.force.rate * time
     }
 
-    /// The elastic stop's force against positive motion, N, and how much of it its damping makes.
+    /// The elastic stop's force against positive motion, N, and its damping part.
     #[inline(always)]
     pub(super) fn stop_force(&self, row: &[f64]) -> (f64, f64) {
         let (Some(side), Some(stop)) = (self.contact, self.circuit.load.elastic_stop) else {

@@ -1,12 +1,11 @@
-//! The whole dive loop on paper: any vehicle, all four gains, any actuator.
+//! The linear analysis of the dive loop: any vehicle, all four gains, any actuator.
 //!
-//! With depth and its rate, pitch and its rate fed back (bow up, dive-positive planes, SI), the planes are asked
-//! for
+//! With feedback of depth and its rate, pitch and its rate (bow up, dive-positive planes, SI), the plane command is
 //!
 //! ```text
 //! delta = P (D (z_c - z) - Kdz F z' + theta) + Kr q,     P = Kpy + Kiy S,   D = Kpz + Kiz S
 //! ```
-//! with the integrator `S` and the filter `F` of the derivative where the controller has them ([`Memory`]): `P = Kpy`, `D = Kpz`, `F = 1` by
+//! with the integrator `S` and the filter `F` of the derivative if the controller has them ([`Memory`]): `P = Kpy`, `D = Kpz`, `F = 1` by
 //! default. Broken at the planes, with `G_x` from `delta` to `x`, the loop is
 //!
 //! ```text
@@ -15,9 +14,9 @@
 //! and closed, `z / z_c = P D G_z / (1 + L)` (Brunner, NPS thesis, 1988, pp. 9 to 20, whose vehicle is
 //! a [`PitchModel`] and whose planes are ideal). There are two such loops:
 //!
-//! - **sampled** ([`DivePlant::sampled`]), as it is flown: the law is evaluated at each tick on the state of that instant, its command
-//!   holds over the tick, and the actuator moves the planes in its own way ([`Sampled`]). `G_x(z)` has all of that, exact at the ticks;
-//! - **continuous**: `G_x(s)` behind an actuator `A(s)` that is a lag and a dead time, which stands for hold and actuator.
+//! - **sampled** ([`DivePlant::sampled`]), as it is flown: the law is evaluated at each tick, its command is held over the tick, and the
+//!   actuator moves the planes with its own motion ([`Sampled`]). `G_x(z)` includes all of that, exact at the ticks;
+//! - **continuous**: `G_x(s)` with an actuator `A(s)` of a lag and a dead time, which represents hold and actuator.
 
 use planesman_linear::{ComplexFunctions as _, polar};
 use std::f64::consts::TAU;
@@ -34,24 +33,24 @@ use planesman_linear::{
 use super::step;
 use crate::gains::{LoopGains, PitchModel};
 
-/// The frequencies between which phase crossovers are looked for, rad/s.
+/// The frequency range of the search for phase crossovers, rad/s.
 const FREQUENCIES: (f64, f64) = (1e-4, 1e3);
 
-/// The frequencies of a sampled loop's response reach from this share of Nyquist's to nearly that one; there every loop is real.
+/// The frequencies of a sampled loop's response range from the first to the second share of Nyquist's frequency, where every loop is real.
 const SHARES_OF_NYQUIST: (f64, f64) = (1e-6, 0.9999);
 
-/// The samples of a continuous loop's step response.
+/// Number of samples of a continuous loop's step response.
 const STEP_SAMPLES: f64 = 1500.0;
 
-/// The vehicle about level flight, from the dive planes (rad, dive) to pitch rate (rad/s, bow up), pitch (rad,
-/// bow up), depth (m, down) and depth rate (m/s).
+/// The vehicle about level flight, from the dive planes (rad, dive) to pitch rate (rad/s, bow up), pitch (rad, bow up), depth (m, down) and
+/// depth rate (m/s).
 #[derive(Clone, Debug, PartialEq)]
 pub struct DivePlant {
     vehicle: StateSpace,
     sampled: Option<Arc<SampledPlant>>,
 }
 
-/// A vehicle behind a sampled command, and its frequency response.
+/// A vehicle with a sampled command, and its frequency response.
 #[derive(Clone, Debug, PartialEq)]
 struct SampledPlant {
     system: Sampled,
@@ -60,10 +59,10 @@ struct SampledPlant {
 }
 
 impl DivePlant {
-    /// The vehicle of a state space with those four outputs, in that order.
+    /// The vehicle from a state space with those four outputs, in that order.
     ///
     /// # Errors
-    /// [`Error::Shape`] for any other number of outputs or inputs.
+    /// [`Error::Shape`] for another number of outputs or inputs.
     pub fn new(state_space: StateSpace) -> Result<Self, Error> {
         if state_space.d.shape() == (4, 1) {
             Ok(Self {
@@ -83,11 +82,11 @@ impl DivePlant {
         }
     }
 
-    /// The same behind a sampled command. `lag` (s, 0 for none) is the actuator's; `motion` is what else is between the command and
-    /// the planes, as [`Sampled::new`] takes it, for ticks of `tick` seconds.
+    /// The same vehicle with a sampled command. `lag` (s, 0 for none) is the actuator's; `motion` is the remaining response between command
+    /// and planes, in the form of [`Sampled::new`], for ticks of `tick` seconds.
     ///
     /// # Errors
-    /// Those of [`Sampled::new`].
+    /// Errors of [`Sampled::new`].
     pub fn sampled(self, lag: f64, motion: &[(f64, f64)], tick: f64) -> Result<Self, Error> {
         let system = Sampled::new(&self.behind_lag(lag)?, motion, tick)?;
         let (lowest, highest) = SHARES_OF_NYQUIST;
@@ -102,7 +101,7 @@ impl DivePlant {
         })
     }
 
-    /// The vehicle with the planes behind a lag, s.
+    /// The vehicle with a lag before the planes, s.
     fn behind_lag(&self, lag: f64) -> Result<StateSpace, Error> {
         let StateSpace { a, b, c, d } = self.vehicle.clone();
         if lag == 0.0 {
@@ -117,7 +116,7 @@ impl DivePlant {
         StateSpace::new(with_planes, driven, c.resize_horizontally(n + 1, 0.0), d)
     }
 
-    /// A damped inertia that goes where it points: `z' = -U theta`.
+    /// A damped inertia whose depth rate follows its pitch: `z' = -U theta`.
     ///
     /// # Errors
     /// [`Error::NotFinite`].
@@ -151,7 +150,7 @@ impl DivePlant {
     }
 }
 
-/// What the continuous loop has between command and planes: a lag and a dead time.
+/// The continuous model between command and planes: a lag and a dead time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Path {
     /// s; 0 for none.
@@ -160,7 +159,7 @@ pub struct Path {
     pub delay: f64,
 }
 
-/// What the law remembers from tick to tick, the controller's `depth.i`, `pitch.i` and `depth.derivative_filter`; 0 for none of it.
+/// The memory of the law from tick to tick: the controller's `depth.i`, `pitch.i` and `depth.derivative_filter`; 0 for none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Memory {
     /// `Kiz`, rad/(m s).
@@ -186,7 +185,7 @@ pub struct DiveLoop {
 
 /// The law in `s`: polynomials over a common denominator.
 struct Law {
-    /// Of pitch rate, pitch, depth and depth rate, the last two with their signs changed.
+    /// Weights of pitch rate, pitch, depth and depth rate, the last two with opposite signs.
     fed_back: [Vec<f64>; 4],
     den: Vec<f64>,
 }
@@ -194,11 +193,12 @@ struct Law {
 /// Stability, margins and step response of a loop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judgement {
-    /// Of the closed loop, slowest first: of a continuous one in `s` \[1/s\], dead time as Pade's ratio; of a sampled one in `z`.
+    /// Poles of the closed loop, slowest first: of a continuous one in `s` \[1/s\], with a Pade approximation of the dead time; of a
+    /// sampled one in `z`.
     pub poles: Vec<Complex<f64>>,
     /// Of a sampled loop, s.
     pub tick: Option<f64>,
-    /// Routh's scheme, of a continuous loop.
+    /// Routh's scheme, for a continuous loop.
     pub routh: Option<RouthColumn>,
     /// At every gain crossover.
     pub phase: Vec<PhaseMargin>,
@@ -206,24 +206,24 @@ pub struct Judgement {
     pub gain: Vec<GainMargin>,
     /// The largest sensitivity `|1 / (1 + L)|`.
     pub sensitivity: Option<Peak>,
-    /// Of depth after a unit step of the setpoint, of a sampled loop at the ticks; `None` for an unstable loop.
+    /// Of the depth after a unit step of the setpoint, for a sampled loop at the ticks; `None` for an unstable loop.
     pub step: Option<StepMetrics>,
 }
 
 impl Judgement {
-    /// Whether every pole decays.
+    /// Whether every pole is stable.
     #[must_use]
     pub fn is_stable(&self) -> bool {
         self.growth() < 0.0
     }
 
-    /// By how much the fastest growing pole lies beyond the limit of stability: its real part, 1/s, or its magnitude less 1.
+    /// By how much the most unstable pole exceeds the limit of stability: its real part, 1/s, or its magnitude minus 1.
     #[must_use]
     pub fn growth(&self) -> f64 {
         growth(&self.poles, self.tick.is_some())
     }
 
-    /// How many poles do not decay.
+    /// The number of unstable poles.
     #[must_use]
     pub fn unstable_poles(&self) -> usize {
         let beyond = |pole: &&Complex<f64>| match self.tick {
@@ -233,7 +233,7 @@ impl Judgement {
         self.poles.iter().filter(beyond).count()
     }
 
-    /// The poles in `s`, 1/s: those of a sampled loop as `ln(z) / T`, without those at `z = 0`.
+    /// The poles in `s`, 1/s; for a sampled loop `ln(z) / T`, without poles at `z = 0`.
     #[must_use]
     pub fn continuous_poles(&self) -> Vec<Complex<f64>> {
         match self.tick {
@@ -254,8 +254,7 @@ impl Judgement {
         margins.min_by(|a, b| a.abs().total_cmp(&b.abs()))
     }
 
-    /// By which factor the loop's gain may grow, and to which it may fall: the nearest gain margins above and
-    /// below one, `None` where there is none.
+    /// The factors to which the loop's gain may rise and fall: the nearest gain margins above and below one, `None` if there is none.
     #[must_use]
     pub fn gain_limits(&self) -> (Option<GainMargin>, Option<GainMargin>) {
         let by_factor = |a: &GainMargin, b: &GainMargin| a.factor.total_cmp(&b.factor);
@@ -266,8 +265,8 @@ impl Judgement {
         )
     }
 
-    /// The further delay, s, that a stable loop bears at least: the least of phase margin, taken as lag, over frequency. Of a sampled loop
-    /// it is exact for whole ticks.
+    /// The smallest additional delay, s, that makes a stable loop unstable: the minimum of phase margin, as lag, over frequency. For a
+    /// sampled loop it is exact for whole ticks.
     #[must_use]
     pub fn delay_margin(&self) -> Option<f64> {
         let delay = |m: &PhaseMargin| m.margin.rem_euclid(TAU) / m.frequency;
@@ -275,7 +274,7 @@ impl Judgement {
     }
 }
 
-/// By how much the fastest growing of the poles, in `z` or in `s`, lies beyond the limit of stability.
+/// By how much the most unstable of the poles, in `z` or in `s`, exceeds the limit of stability.
 fn growth(poles: &[Complex<f64>], is_sampled: bool) -> f64 {
     let beyond = |pole: &Complex<f64>| match is_sampled {
         true => pole.modulus() - 1.0,
@@ -285,7 +284,7 @@ fn growth(poles: &[Complex<f64>], is_sampled: bool) -> f64 {
 }
 
 impl DiveLoop {
-    /// The continuous loop in place of the sampled one.
+    /// The continuous loop instead of the sampled one.
     #[must_use]
     pub fn continuous(&self) -> Self {
         let mut continuous = self.clone();
@@ -314,7 +313,7 @@ impl DiveLoop {
     /// `L(s)` of the continuous loop, broken at the planes.
     ///
     /// # Errors
-    /// Those of [`StateSpace::transfer_function`].
+    /// Errors of [`StateSpace::transfer_function`].
     pub fn open_loop(&self) -> Result<DelayedLoop, Error> {
         let law = self.law();
         let [rate, pitch, depth, derivative] = &law.fed_back;
@@ -379,7 +378,7 @@ impl DiveLoop {
         (self.fed_back((z - 1.0).inv() * tick, filter) * outputs)[(0, 0)]
     }
 
-    /// The share of the derivative's filter that is left after a tick.
+    /// The remaining share of the derivative filter's state after a tick.
     fn forgotten(&self, tick: f64) -> f64 {
         match self.memory.derivative_filter {
             0.0 => 0.0,
@@ -387,10 +386,10 @@ impl DiveLoop {
         }
     }
 
-    /// The sampled loop closed, from the depth setpoint to the depth, at the ticks; `None` for a continuous one.
+    /// The closed sampled loop, from the depth setpoint to the depth, at the ticks; `None` for a continuous one.
     ///
-    /// Beside the vehicle and the commands on their way its states are the filtered rate of the last tick and the integrals, as
-    /// the autopilot keeps them.
+    /// In addition to the vehicle and the delayed commands, its states are the filtered rate of the last tick and the integrals, as in the
+    /// autopilot.
     #[must_use]
     pub fn sampled_closed_loop(&self) -> Option<StateSpace> {
         let system = &self.plant.sampled.as_ref()?.system;
@@ -447,10 +446,10 @@ impl DiveLoop {
         })
     }
 
-    /// The poles of the closed loop, as [`Judgement::poles`].
+    /// The poles of the closed loop, like [`Judgement::poles`].
     ///
     /// # Errors
-    /// Those of [`eigenvalues`] and [`DiveLoop::closed_loop`].
+    /// Errors of [`eigenvalues`] and [`DiveLoop::closed_loop`].
     pub fn poles(&self) -> Result<Vec<Complex<f64>>, Error> {
         match self.sampled_closed_loop() {
             Some(closed) => eigenvalues(&closed.a),
@@ -458,18 +457,18 @@ impl DiveLoop {
         }
     }
 
-    /// As [`Judgement::growth`], without the margins.
+    /// Like [`Judgement::growth`], without the margins.
     ///
     /// # Errors
-    /// Those of [`DiveLoop::poles`].
+    /// Errors of [`DiveLoop::poles`].
     pub fn growth(&self) -> Result<f64, Error> {
         Ok(growth(&self.poles()?, self.plant.sampled.is_some()))
     }
 
-    /// Where the poles end as one of the gains grows without bound, as [`Judgement::poles`]; `gain` chooses it.
+    /// The end points of the root locus as one of the gains grows without bound, like [`Judgement::poles`]; `gain` selects it.
     ///
     /// # Errors
-    /// Those of [`StateSpace::zeros`] and [`DiveLoop::closed_loop`].
+    /// Errors of [`StateSpace::zeros`] and [`DiveLoop::closed_loop`].
     pub fn locus_zeros(
         &self,
         gain: impl Fn(&mut LoopGains) -> &mut f64,
@@ -507,10 +506,10 @@ impl DiveLoop {
         .zeros()
     }
 
-    /// `z / z_c`, dead time as Pade's ratio.
+    /// `z / z_c`, with a Pade approximation of the dead time.
     ///
     /// # Errors
-    /// Those of [`StateSpace::transfer_function`].
+    /// Errors of [`StateSpace::transfer_function`].
     pub fn closed_loop(&self) -> Result<TransferFunction, Error> {
         let law = self.law();
         let none: &[f64] = &[0.0];
@@ -522,10 +521,10 @@ impl DiveLoop {
         TransferFunction::new(forward.num, polynomial::sum(&open.num, &open.den))
     }
 
-    /// Poles, margins and the step response over `duration` seconds: of the sampled loop, if it is one.
+    /// Poles, margins and the step response over `duration` seconds; for a sampled plant, of the sampled loop.
     ///
     /// # Errors
-    /// Those of [`DiveLoop::margins`] and [`step::response`].
+    /// Errors of [`DiveLoop::margins`] and [`step::response`].
     pub fn judge(&self, duration: f64) -> Result<Judgement, Error> {
         let mut judgement = self.margins()?;
         if judgement.is_stable() {
@@ -536,10 +535,10 @@ impl DiveLoop {
         Ok(judgement)
     }
 
-    /// The depth after a unit step of the setpoint: time in s and value, over `duration` seconds; of a sampled loop at the ticks.
+    /// The depth after a unit step of the setpoint: time in s and value, over `duration` seconds; for a sampled loop at the ticks.
     ///
     /// # Errors
-    /// Those of [`DiveLoop::closed_loop`] and [`step::samples`].
+    /// Errors of [`DiveLoop::closed_loop`] and [`step::samples`].
     pub fn step(&self, duration: f64) -> Result<Vec<(f64, f64)>, Error> {
         match (&self.plant.sampled, self.sampled_closed_loop()) {
             (Some(plant), Some(closed)) => Ok(step::held(&closed, plant.system.tick(), duration)),
@@ -550,7 +549,7 @@ impl DiveLoop {
     /// Poles and margins, without the step response.
     ///
     /// # Errors
-    /// Those of [`StateSpace::transfer_function`] and [`eigenvalues`].
+    /// Errors of [`StateSpace::transfer_function`] and [`eigenvalues`].
     pub fn margins(&self) -> Result<Judgement, Error> {
         match &self.plant.sampled {
             Some(plant) => self.sampled_margins(&plant.system),
@@ -602,7 +601,7 @@ impl DiveLoop {
         })
     }
 
-    /// The vehicle's four outputs with these weights over `den`, polynomials in `s`, summed, behind the actuator.
+    /// The sum of the vehicle's four outputs with these weights over `den`, polynomials in `s`, after the actuator.
     fn through_actuator(&self, weights: [&[f64]; 4], den: &[f64]) -> Result<DelayedLoop, Error> {
         let mut num = vec![0.0];
         let mut vehicle = vec![1.0];

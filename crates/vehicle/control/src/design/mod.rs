@@ -2,7 +2,7 @@
 //!
 //! - [`dive_loop`]: any vehicle and actuator, sampled or continuous; stability, margins.
 //! - [`step`]: the response to a step.
-//! - [`placement`]: gains for poles.
+//! - [`placement`]: gains for given poles.
 //! - [`optimise`]: gains for a range of speeds.
 
 pub mod dive_loop;

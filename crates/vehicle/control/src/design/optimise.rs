@@ -1,48 +1,46 @@
-//! Gains proposed for a range of speeds: the worst ITAE of a depth step, made small within margins.
+//! Optimises gains for a range of speeds: minimises the worst ITAE of a depth step, within margins.
 //!
-//! One set of the four gains serves all speeds. What is minimised is the largest over the speeds of
-//! `ITAE U^2`, the ITAE in metres travelled instead of seconds (a slow vehicle cannot but take its time),
-//! under
+//! One set of the four gains serves all speeds. The cost is the largest value over the speeds of `ITAE U^2`, the ITAE in metres travelled
+//! instead of seconds (a slow vehicle necessarily takes longer), with
 //!
-//! - a phase margin and gain margins no smaller than asked for, and an overshoot no larger, at every
-//!   speed;
-//! - a step of the depth setpoint of the size asked for that brings neither the pitch command nor the
-//!   planes beyond their limits at its first instant: `Kpz e <= theta_lim`, `Kpy Kpz e <= delta_lim`.
+//! - at every speed a phase margin and gain margins at least as large as required, and an overshoot at most as large;
+//! - at the first instant of a depth step of the given size, pitch command and planes within their limits: `Kpz e <= theta_lim`,
+//!   `Kpy Kpz e <= delta_lim`.
 //!
-//! Without the second a linear loop only gets better with more gain. The search is global ([`lowest`]), on the logarithms of `Kpz`, `Kpy Kpz`
-//! and `Kr`, and of `1 + Kdz U`, by which the depth rate of a vehicle at the largest speed `U` makes its pitch count more. The limits of the first
-//! instant are then bounds, and a `Kdz` near 0 is no wide valley. Limits that are missed count before the ITAE, and no gains to begin
-//! with enter the answer.
+//! Without the second condition a linear loop only improves with more gain. The search is global ([`lowest`]), on the logarithms of `Kpz`,
+//! `Kpy Kpz` and `Kr`, and of `1 + Kdz U`, the factor by which the depth rate at the largest speed `U` increases the weight of pitch. The
+//! conditions at the first instant are then bounds, and small values of `Kdz` do not form a wide valley. Missed limits have priority over
+//! the ITAE, and the result does not depend on initial gains.
 
 use planesman_linear::{Error, StepMetrics, lowest};
 
 use super::dive_loop::{DiveLoop, DivePlant, Judgement, Memory, Path};
 use crate::gains::LoopGains;
 
-/// The smallest gain and the largest: the search stays between.
+/// The range of gains in the search.
 const BOUNDS: (f64, f64) = (1e-3, 1e3);
-/// Gains that a step takes beyond a limit at its first instant miss by so much more than others.
+/// Additional miss of gains for which a step exceeds a limit at its first instant.
 const FIRST: f64 = 100.0;
-/// An unstable loop misses its margins by more than any stable one.
+/// Miss of an unstable loop, larger than that of any stable one.
 const UNSTABLE: f64 = 10.0;
-/// The share by which the ITAE of all members differs at the end.
+/// The search ends when the ITAE of all members differs by less than this share.
 const ALIKE: f64 = 1e-3;
-/// Members of the search, and its rounds at most.
+/// Number of members of the search, and maximum number of rounds.
 const MEMBERS: usize = 60;
 const MOST_ROUNDS: usize = 300;
 
 /// The requirements on the gains.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wishes {
-    /// The speeds, m/s, and the vehicle there; a sampled one is judged as the sampled loop.
+    /// The speeds, m/s, and the vehicle at each; a sampled one is analysed as the sampled loop.
     pub plants: Vec<(f64, DivePlant)>,
-    /// The integrals and the filter, which stay as they are.
+    /// The integrals and the filter, which are not optimised.
     pub memory: Memory,
     /// The actuator of a continuous loop.
     pub path: Path,
     /// rad, at every gain crossover.
     pub phase_margin: f64,
-    /// The factor by which the gain may at least grow, above 1, and its inverse by which it may fall.
+    /// The smallest factor by which the gain may rise, above 1; its inverse is the factor by which it may fall.
     pub gain_margin: f64,
     /// Of the depth step, percent.
     pub overshoot: f64,
@@ -61,17 +59,17 @@ pub struct Wishes {
 pub struct Proposal {
     /// The gains.
     pub gains: LoopGains,
-    /// With them, at each speed.
+    /// The analysis with these gains, at each speed.
     pub judgements: Vec<Judgement>,
     /// The largest `ITAE U^2`, m^2.
     pub worst: f64,
 }
 
 impl Wishes {
-    /// The best gains; `None` when none were found that do all that is asked.
+    /// The best gains; `None` if none satisfy all requirements.
     ///
     /// # Errors
-    /// Those of [`DiveLoop::judge`].
+    /// Errors of [`DiveLoop::judge`].
     pub fn propose(&self) -> Result<Option<Proposal>, Error> {
         let (low, high) = BOUNDS;
         let speeds = self.plants.iter().map(|it| it.0);
@@ -109,10 +107,10 @@ impl Wishes {
         }))
     }
 
-    /// The largest `ITAE U^2` with other gains, m^2; `None` of gains that do not do all that is asked.
+    /// The largest `ITAE U^2` with other gains, m^2; `None` for gains that do not satisfy all requirements.
     ///
     /// # Errors
-    /// Those of [`DiveLoop::judge`].
+    /// Errors of [`DiveLoop::judge`].
     pub fn worst(&self, gains: &LoopGains) -> Result<Option<f64>, Error> {
         let cost = self.cost(gains)?;
         Ok((cost.missed == 0.0).then_some(cost.itae))
@@ -159,7 +157,7 @@ impl Wishes {
         Ok(Cost { missed, itae })
     }
 
-    /// By how much a loop misses its margins; an unstable one by more the faster it grows.
+    /// By how much a loop misses its margins; for an unstable one this increases with its growth.
     fn missed(&self, dive: &DiveLoop) -> Result<f64, Error> {
         let growth = dive.growth()?;
         if growth >= 0.0 {
@@ -178,7 +176,7 @@ impl Wishes {
     }
 }
 
-/// The violation of the requirements, then the slowness of the loop, compared in this order.
+/// The violation of the requirements, then the cost, compared in this order.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 struct Cost {
     missed: f64,

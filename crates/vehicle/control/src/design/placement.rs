@@ -1,16 +1,16 @@
-//! Gains that put the poles of the depth loop where they are wanted.
+//! Gains that place the poles of the depth loop.
 //!
-//! Three poles, a real one `-p` and a pair of natural frequency `wn` and damping ratio `zeta`, determine three
-//! gains; the fourth, `Kpy`, is chosen. With `k = K/J`, `b = B/J`, `m = Me/J`, matching
+//! Three poles, a real one `-p` and a pair of natural frequency `wn` and damping ratio `zeta`, determine three gains; the fourth, `Kpy`, is
+//! chosen. With `k = K/J`, `b = B/J`, `m = Me/J`, comparing
 //!
 //! ```text
 //! s^3 + (b + Kr k) s^2 + (Kpy k + m + Kdz Kpy k U) s + Kpz Kpy k U
 //!   = (s + p) (s^2 + 2 zeta wn s + wn^2)
 //! ```
-//! power by power gives `Kr`, `Kdz` and `Kpz` (the loop of Brunner, NPS thesis, 1988, pp. 11 to 20).
+//! coefficients gives `Kr`, `Kdz` and `Kpz` (the loop of Brunner, NPS thesis, 1988, pp. 11 to 20).
 
 use crate::gains::{LoopGains, PitchModel};
-/// Where the poles are wanted.
+/// The wanted poles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Poles {
     /// `p`, 1/s.
@@ -21,8 +21,8 @@ pub struct Poles {
     pub damping_ratio: f64,
 }
 
-/// The gains that give a vehicle of this pitch model, at a speed (m/s), these poles with this `Kpy`.
-/// A gain may come out negative: the poles are then not to be had by feedback of the intended sign.
+/// The gains that place these poles for a vehicle with this pitch model at a speed (m/s), with this `Kpy`. A gain may be negative: then
+/// feedback of the intended sign cannot place the poles.
 #[must_use]
 pub fn gains(model: &PitchModel, speed: f64, poles: &Poles, pitch_p: f64) -> LoopGains {
     let Poles {

@@ -1,19 +1,19 @@
-//! The response of a closed loop to a unit step, and its figures.
+//! The response of a closed loop to a unit step, and its metrics.
 
 use planesman_linear::{Error, StateSpace, StepMetrics, TransferFunction};
 
 /// Rise, overshoot and settling of `closed_loop` (in `s`) after a unit step, over `duration` seconds in
 /// steps of `dt`.
 ///
-/// A constant input is held exactly by a zero-order hold, so the samples are exact whatever `dt` is:
+/// A zero-order hold represents a constant input exactly, so the samples are exact for any `dt`:
 ///
 /// ```text
 /// x_(k+1) = Ad x_k + Bd,   y_k = C x_k + D
 /// ```
 ///
 /// # Errors
-/// Those of [`TransferFunction::companion`] and [`planesman_linear::StateSpace::zero_order_hold`], and
-/// [`Error::NotFinite`] when an unstable response overflows.
+/// Errors of [`TransferFunction::companion`] and [`planesman_linear::StateSpace::zero_order_hold`], and [`Error::NotFinite`] if an unstable
+/// response overflows.
 pub fn response(
     closed_loop: &TransferFunction,
     dt: f64,
@@ -27,7 +27,7 @@ pub fn response(
 /// The response itself: time in s and value, from the step on.
 ///
 /// # Errors
-/// Those of [`TransferFunction::companion`] and [`planesman_linear::StateSpace::zero_order_hold`].
+/// Errors of [`TransferFunction::companion`] and [`planesman_linear::StateSpace::zero_order_hold`].
 pub fn samples(
     closed_loop: &TransferFunction,
     dt: f64,

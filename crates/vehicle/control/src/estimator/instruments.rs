@@ -1,29 +1,29 @@
-//! The instruments' topics read: gyro, depth and speed for one stamp.
+//! The readings of the instruments' topics: gyro, depth and speed for one stamp.
 //!
 //! ```text
 //! q = -omega_y            REP 103's base_link has y to port: a rising bow turns backwards about it
 //! z = (p - p_0) / (rho g)
 //! U = sqrt(2 dp / rho)    of the speed cell's stagnation less static pressure
 //! ```
-//! The report's speed cell also feels pitch through its dry lines and ends at 2.07 ft/s (Brunner, NPS thesis,
-//! 1988, pp. 68 f.); it flew by stopwatch, and so does the default here.
+//! The report's speed cell is also affected by pitch through its dry lines, and ends at 2.07 ft/s (Brunner, NPS thesis, 1988, pp. 68 f.);
+//! the thesis used a stopwatch, and the default here is a nominal speed.
 
 use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu};
 
 use super::motion::Measurement;
 
-/// Constants for depth and speed from pressures.
+/// Constants to compute depth and speed from pressures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Calibration {
     /// rho, kg/m^3.
     pub density: f64,
     /// g, m/s^2.
     pub gravity: f64,
-    /// p_0, Pa: at the surface.
+    /// p_0, Pa: the pressure at the surface.
     pub surface_pressure: f64,
-    /// The depth from which the depth cell no longer counts, m; 0 for none.
+    /// Readings deeper than this are ignored, m; 0 for no limit.
     pub depth_range: f64,
-    /// The speed, m/s; `None`: by the speed cell.
+    /// The speed, m/s; `None`: from the speed cell.
     pub speed: Option<f64>,
 }
 
@@ -57,7 +57,7 @@ impl Instruments {
         keep(&mut self.speed_pressure, stamp, pressure.fluid_pressure);
     }
 
-    /// Whether everything needed has been read for this stamp.
+    /// Whether all needed readings for this stamp have come.
     #[must_use]
     pub(crate) fn complete(&self, stamp: i64, calibration: &Calibration) -> bool {
         let read = |reading: Option<(i64, f64)>| reading.is_some_and(|(at, _)| at == stamp);
@@ -66,7 +66,7 @@ impl Instruments {
             && (calibration.speed.is_some() || read(self.speed_pressure))
     }
 
-    /// The measurement for a stamp: of gyro and speed the last reading, of depth only the stamp's own.
+    /// The measurement for a stamp: the last reading of gyro and speed, but only a depth with the same stamp.
     #[must_use]
     pub(crate) fn measurement(&self, stamp: i64, calibration: &Calibration) -> Measurement {
         let c = calibration;
@@ -86,7 +86,7 @@ impl Instruments {
     }
 }
 
-/// Keeps a finite reading; a clock set back is a new run, so an earlier stamp counts too.
+/// Stores a finite reading; a clock set back begins a new run, so an earlier stamp is accepted too.
 fn keep(place: &mut Option<(i64, f64)>, stamp: i64, value: f64) {
     if value.is_finite() {
         *place = Some((stamp, value));

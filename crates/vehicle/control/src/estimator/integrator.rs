@@ -1,15 +1,13 @@
-//! The gyro integrated, as the 1988 vehicle did, and depth differentiated.
+//! Integrates the gyro, as in the 1988 vehicle, and differentiates the depth.
 //!
 //! ```text
 //! comparator:  theta' = q + q_0 if q + q_0 < 0, else 0     (Brunner 1988, p. 91)
 //! dead band:   theta' = q       if |q| > q_0,   else 0
 //! ```
-//! The report offsets the gyro's zero so far (`q_0`) that its drift stays on one side of a single relay
-//! comparator at 0 V: bow-up motion is not seen at all, bow-down motion is seen late. The two-sided
-//! band loses slow motion either way.
+//! The report offsets the gyro's zero (`q_0`) so far that its drift stays on one side of a single relay comparator at 0 V: bow-up motion is
+//! not detected at all, bow-down motion late. The two-sided band loses slow motion in both directions.
 //!
-//! Depth rate is the depth behind a first-order lag, taken from the depth, over the lag: a derivative that does
-//! not answer noise with more than `1 / T` of it.
+//! The depth rate is (depth - filtered depth) / T, with a first-order lag T: a derivative that amplifies noise by at most `1 / T`.
 
 use super::motion::{Estimate, Measurement};
 
@@ -18,7 +16,7 @@ use super::motion::{Estimate, Measurement};
 pub enum DeadBand {
     /// The report's relay comparator.
     Comparator,
-    /// A band to both sides.
+    /// A band on both sides.
     TwoSided,
 }
 
@@ -60,26 +58,26 @@ pub(crate) struct Integrator {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct State {
     pitch: f64,
-    /// The rate behind the dead band at the last measurement, rad/s.
+    /// The rate after the dead band at the last measurement, rad/s.
     rate: f64,
-    /// The last depth, and the depth behind the lag, m.
+    /// The last depth, and the filtered depth, m.
     depth: f64,
     lagged: f64,
 }
 
 impl Integrator {
-    /// Before the first measurement.
+    /// An integrator before the first measurement.
     #[must_use]
     pub(crate) fn new(rules: IntegratorRules) -> Self {
         Self { rules, state: None }
     }
 
-    /// Takes other rules from the next measurement on.
+    /// Uses other rules from the next measurement on.
     pub(crate) fn set_rules(&mut self, rules: IntegratorRules) {
         self.rules = rules;
     }
 
-    /// The estimate at a measurement `dt` seconds after the one before.
+    /// The estimate at a measurement `dt` seconds after the last.
     pub(crate) fn step(&mut self, measured: &Measurement, dt: f64) -> Estimate {
         let rate = self.rules.passed(measured.pitch_rate);
         let next = match self.state {
@@ -109,8 +107,7 @@ impl Integrator {
         }
     }
 
-    /// The output of `1 / (T s + 1)` after `dt` seconds in which the depth went to `depth` at a
-    /// steady rate.
+    /// The output of `1 / (T s + 1)` after `dt` seconds in which the depth changed linearly to `depth`.
     fn lagged(&self, last: &State, depth: f64, dt: f64) -> f64 {
         let lag = self.rules.depth_lag;
         let behind = if dt > 0.0 {

@@ -1,4 +1,4 @@
-//! Pitch, depth rate and the gyro's zero by an extended Kalman filter on gyro, depth and speed.
+//! Estimates pitch, depth rate and the gyro's zero by an extended Kalman filter on gyro, depth and speed.
 //!
 //! The gyro is the input, the depth the measurement:
 //!
@@ -10,24 +10,23 @@
 //!
 //! z_measured = z + n_z
 //! ```
-//! A zero that is not subtracted turns the estimated pitch, which moves the depth away from the measured
-//! one: so the depth shows both pitch and zero while the vehicle moves. At `U = 0` it shows neither,
-//! and the covariance says so by growing.
+//! A zero that is not subtracted turns the estimated pitch, so the predicted depth deviates from the measured one: the depth reveals both
+//! pitch and zero while the vehicle moves. At `U = 0` it reveals neither, and the covariance grows accordingly.
 //!
-//! Over a sample the gyro is taken as linear in time. The update is Joseph's, which keeps the covariance
-//! symmetric and positive (Gelb, *Applied Optimal Estimation*, 1974, ch. 4 and 8).
+//! Within a sample the gyro is assumed to be linear in time. The update is Joseph's, which keeps the covariance symmetric and positive
+//! (Gelb, *Applied Optimal Estimation*, 1974, ch. 4 and 8).
 
 use nalgebra::{Matrix4, RowVector4, Vector4};
 
 use super::motion::{Estimate, Measurement};
 
-/// The places of the state vector `(theta, b, z, v)`.
+/// The indices of the state vector `(theta, b, z, v)`.
 const PITCH: usize = 0;
 const BIAS: usize = 1;
 const DEPTH: usize = 2;
 const STRAY: usize = 3;
 
-/// The largest pitch the model is linearised at, rad: beyond it depth says little of pitch.
+/// The largest pitch at which the model is linearised, rad: beyond it the depth contains little information on pitch.
 const STEEPEST: f64 = 1.4;
 
 /// The standard deviations of the filter: the parameters `kalman.*`.
@@ -72,7 +71,7 @@ struct State {
 }
 
 impl Kalman {
-    /// Before the first measurement, which is taken to be level.
+    /// A filter before the first measurement, which is assumed to be level.
     #[must_use]
     pub(crate) fn new(tuning: Tuning) -> Self {
         Self {
@@ -81,12 +80,12 @@ impl Kalman {
         }
     }
 
-    /// Takes changed trust from the next measurement on.
+    /// Uses changed standard deviations from the next measurement on.
     pub(crate) fn set_tuning(&mut self, tuning: Tuning) {
         self.tuning = tuning;
     }
 
-    /// The estimate at a measurement `dt` seconds after the one before.
+    /// The estimate at a measurement `dt` seconds after the last.
     pub(crate) fn step(&mut self, measured: &Measurement, dt: f64) -> Estimate {
         let mut next = match self.state {
             None => self.first(measured),

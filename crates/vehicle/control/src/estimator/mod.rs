@@ -1,9 +1,9 @@
-//! Pitch and depth rate from what the vehicle can measure: the rate gyro, the depth cell and its speed.
+//! Pitch and depth rate from the vehicle's measurements: the rate gyro, the depth cell and its speed.
 //!
 //! The 1988 vehicle had no inclinometer. Its pitch was the integral of a gyro whose zero drifts by
 //! 25 mV, which is 2 deg/s (Brunner, NPS thesis, 1988, p. 90): 20 degrees of pitch in ten seconds.
 //!
-//! - [`Instruments`]: the topics read.
+//! - [`Instruments`]: the readings of the topics.
 //! - [`Integrator`]: the report's remedy, a dead band before the integrator (p. 91).
 //! - [`Kalman`]: a Kalman filter, which estimates the gyro's zero from the depth.
 //!
@@ -19,12 +19,12 @@ pub(crate) use integrator::{Integrator, IntegratorRules};
 pub(crate) use kalman::{Kalman, Tuning};
 pub(crate) use motion::{Estimate, Measurement};
 
-/// Where the loops take pitch, its rate, depth and its rate from.
+/// The source of pitch, depth and their rates for the loops.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum Source {
     /// The vehicle's true state.
     Truth,
-    /// The gyro behind a dead band, integrated; depth measured and differentiated.
+    /// The integrated gyro with a dead band; depth measured and differentiated.
     Integrator,
     /// The Kalman filter.
     Kalman,
@@ -33,17 +33,17 @@ pub enum Source {
 /// An estimator's settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rules {
-    /// Which estimator, if any.
+    /// The estimator, if any.
     pub source: Source,
-    /// How the instruments are read.
+    /// The constants of the instruments.
     pub calibration: Calibration,
-    /// Of the integrator.
+    /// The rules of the integrator.
     pub integrator: IntegratorRules,
-    /// Of the filter.
+    /// The tuning of the filter.
     pub tuning: Tuning,
 }
 
-/// The estimator that the rules name, and what it reads.
+/// The estimator of the rules, and its instruments.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Estimator {
     /// The instruments' last readings.
@@ -60,18 +60,18 @@ enum State {
 }
 
 impl Estimator {
-    /// Forgets what it estimates: a new run begins.
+    /// Clears the estimate for a new run.
     pub(crate) fn restart(&mut self) {
         self.state = State::Fresh;
     }
 
-    /// Whether the instruments have been received for this stamp (ns), or are not needed.
+    /// Whether the instruments for this stamp (ns) have been received, or are not needed.
     #[must_use]
     pub(crate) fn ready(&self, stamp: i64, rules: &Rules) -> bool {
         rules.source == Source::Truth || self.instruments.complete(stamp, &rules.calibration)
     }
 
-    /// The estimate at a stamp (ns), `dt` seconds after the last; `None` where the truth is fed back.
+    /// The estimate at a stamp (ns), `dt` seconds after the last; `None` if the true state is fed back.
     pub(crate) fn step(&mut self, rules: &Rules, stamp: i64, dt: f64) -> Option<Estimated> {
         if self.state == State::Fresh {
             self.state = match rules.source {
@@ -102,15 +102,15 @@ impl Estimator {
     }
 }
 
-/// An estimate with what it was made from.
+/// An estimate with its measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Estimated {
     /// The estimate.
     pub estimate: Estimate,
     /// The readings.
     pub measured: Measurement,
-    /// A reading for the stamp did not come.
+    /// Whether a reading for the stamp did not come.
     pub missing: bool,
-    /// As [`Kalman::covariance`]; 0 for the integrator.
+    /// Like [`Kalman::covariance`]; 0 for the integrator.
     pub covariance: [f64; 16],
 }

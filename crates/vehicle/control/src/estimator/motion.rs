@@ -5,13 +5,13 @@
 pub(crate) struct Measurement {
     /// The rate gyro, rad/s, positive bow up.
     pub pitch_rate: f64,
-    /// The depth cell, m, positive down; `None` where it is beyond its range.
+    /// The depth cell, m, positive down; `None` if beyond its range.
     pub depth: Option<f64>,
     /// The speed through the water, m/s.
     pub speed: f64,
 }
 
-/// The estimate that is fed back.
+/// The estimate used for feedback.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Estimate {
     /// rad, positive bow up
@@ -22,6 +22,6 @@ pub(crate) struct Estimate {
     pub depth: f64,
     /// m/s, positive down
     pub depth_rate: f64,
-    /// The gyro's zero, rad/s; 0 where it is not estimated.
+    /// The gyro's zero, rad/s; 0 if it is not estimated.
     pub gyro_bias: f64,
 }

@@ -1,14 +1,12 @@
-//! Certainty equivalence within bounds: the schedule, on the model that `sysid` identifies while it can be
-//! trusted, on its own otherwise.
+//! Certainty equivalence within bounds: the schedule uses the model that `sysid` identifies while it can be trusted, and otherwise its own.
 //!
-//! An estimate is believed when `sysid` calls it valid, it is younger than [`Trust::oldest`], and passes
-//! [`Trust`]; the first that does not hold is the reason given. Of several pairs of signals that `sysid`
-//! identifies, only estimates of pitch rate over plane angle are followed; of several such, those of `sysid`'s
-//! first pair ([`FIRST_PAIR`]), or of the one that came first, until it has been silent for [`Trust::oldest`].
+//! An estimate is used if `sysid` marks it as valid, it is younger than [`Trust::oldest`], and it passes [`Trust`]; the first condition
+//! that fails is the reported reason. If `sysid` identifies several pairs of signals, only estimates of pitch rate over plane angle are
+//! used. Of several such pairs it is `sysid`'s first ([`FIRST_PAIR`]), or the one that came first, until it has been silent for
+//! [`Trust::oldest`].
 //!
-//! The gains move towards their target no faster than [`Trust::rate`] of the scheduled gain per second,
-//! so that neither a new estimate nor its loss is a step; and stay within the same factor of the scheduled
-//! gains.
+//! The gains move towards their target by at most [`Trust::rate`] of the scheduled gain per second, so that neither a new estimate nor its
+//! loss causes a step. They stay within the same factor of the scheduled gains.
 
 use std::cell::OnceCell;
 
@@ -19,7 +17,7 @@ use super::pitch_model::{FIRST_PAIR, Identified, PitchModel, is_of_pitch};
 use super::schedule::{LoopGains, Schedule};
 use super::trust::Trust;
 
-/// The gains in force and the last estimate.
+/// The current gains and the last estimate.
 #[derive(Clone, Debug)]
 pub(super) struct Adaptive {
     last: Option<Received>,
@@ -32,7 +30,7 @@ struct Received {
     estimate: ModelEstimate,
     /// ns
     stamp: i64,
-    /// Computed when gains are first asked for: with another source of the gains never.
+    /// Computed when gains are first requested; never with another source of the gains.
     vehicle: OnceCell<Result<Identified, Distrust>>,
 }
 
@@ -49,7 +47,7 @@ impl Received {
 }
 
 impl Adaptive {
-    /// No estimate yet; the schedule acts.
+    /// Without an estimate; the schedule is used.
     #[must_use]
     pub(super) fn new() -> Self {
         Self {
@@ -58,8 +56,7 @@ impl Adaptive {
         }
     }
 
-    /// Takes an estimate, if it is of the pair that is followed; whether it is believed is decided when gains are
-    /// asked for.
+    /// Takes an estimate of the pair that is used; it is judged only when gains are requested.
     pub(super) fn on_model(&mut self, estimate: ModelEstimate, trust: &Trust) {
         let stamp = estimate.header.stamp.nanos();
         let another_is_followed = self.last.as_ref().is_some_and(|received| {
@@ -77,7 +74,7 @@ impl Adaptive {
         });
     }
 
-    /// The identified vehicle if it can be believed at `stamp` (ns) and `speed` (m/s).
+    /// The identified vehicle, if it can be trusted at `stamp` (ns) and `speed` (m/s).
     ///
     /// # Errors
     /// Why not.
@@ -100,7 +97,7 @@ impl Adaptive {
         )
     }
 
-    /// The gains `dt` seconds after the last ones, and why the schedule acts alone if it does.
+    /// The gains `dt` seconds after the last ones, and the reason if only the schedule is used.
     pub(super) fn step(
         &mut self,
         schedule: &Schedule,

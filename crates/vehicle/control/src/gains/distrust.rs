@@ -5,10 +5,10 @@ use planesman_model_file::Refusal;
 /// Why an identified model is not used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Distrust {
-    /// There is none yet.
+    /// There is no model yet.
     #[error("no model has come yet")]
     NoModel,
-    /// The last one is too old; its age, s.
+    /// The last model is too old; its age, s.
     #[error("the last model is {0:.1} s old")]
     Old(f64),
     /// `sysid` marked it as not valid; its reason.
@@ -17,10 +17,13 @@ pub enum Distrust {
     /// A model file lacks the speed.
     #[error(transparent)]
     File(#[from] Refusal),
-    /// The input acts on the output of the same sample.
-    #[error("direct feedthrough: planes move the vehicle only later; fit it with a delay of 1")]
+    /// The model has direct feedthrough.
+    #[error(
+        "the model has direct feedthrough, but planes move the vehicle only later; fit it \
+        with a delay of 1"
+    )]
     Feedthrough,
-    /// The model is of other signals.
+    /// The model has other signals.
     #[error("model of {output} over {input} refused: pitch_rate over dive_planes is needed")]
     Signals {
         /// Its input.
@@ -28,13 +31,13 @@ pub enum Distrust {
         /// Its output.
         output: String,
     },
-    /// Its covariance has another size than its coefficients.
-    #[error("model refused: its covariance does not belong to its coefficients")]
+    /// Its covariance does not have the size of its coefficients.
+    #[error("model refused: its covariance does not match its coefficients")]
     Covariance,
     /// Its sample time, s, is too long or too short for pitch.
     #[error("model refused: a sample time of {0} s does not resolve pitch")]
     SampleTime(f64),
-    /// It cannot be simulated, or its step response determines no pitch model.
+    /// It cannot be simulated, or its step response does not determine a pitch model.
     #[error("model refused: {0}")]
     Undetermined(String),
     /// Its step response overflows.
@@ -61,13 +64,13 @@ pub enum Distrust {
     },
 }
 
-/// Why no gains come from a model file.
+/// Why a model file gives no gains.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FileError {
-    /// The file is no model file.
+    /// The file is not a valid model file.
     #[error(transparent)]
     File(#[from] planesman_model_file::Error),
-    /// Its model is not used.
+    /// Its model cannot be used.
     #[error("model file '{path}': {reason}")]
     Distrusted {
         /// The file.

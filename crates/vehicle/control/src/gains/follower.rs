@@ -1,7 +1,6 @@
-//! The gains in force: from their source, at a tick.
+//! The gains at a tick, from their source.
 //!
-//! A model acts [`Trust::delay`] after its stamp, not when it happens to arrive: so the loop in lockstep does
-//! not depend on how long a message travels.
+//! A model takes effect [`Trust::delay`] after its stamp, not when it arrives, so the loop in lockstep does not depend on message latency.
 
 use std::collections::VecDeque;
 
@@ -12,46 +11,46 @@ use super::from_file::FromFile;
 use super::schedule::{LoopGains, Schedule};
 use super::trust::Trust;
 
-/// Models kept until their time comes; the oldest goes when there are more.
+/// Maximum number of models waiting for their time; beyond it the oldest is dropped.
 const MOST_WAITING: usize = 100;
 
-/// Where the loops take their gains from.
+/// The source of the loops' gains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Source {
-    /// The parameters, whatever the speed.
+    /// The parameters, at any speed.
     Fixed,
     /// The schedule on the parameters' model of the vehicle.
     Scheduled,
-    /// The schedule on the model that is identified meanwhile.
+    /// The schedule on the model being identified.
     Adaptive,
     /// The schedule on an identified model from a file.
     File(FromFile),
 }
 
-/// How gains follow the vehicle.
+/// The settings of the gains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rules {
-    /// Where gains come from.
+    /// The source of the gains.
     pub source: Source,
-    /// Gains over speed; its reference are the fixed gains.
+    /// Gains over speed; the reference are the fixed gains.
     pub schedule: Schedule,
     /// Conditions on an identified model.
     pub trust: Trust,
 }
 
-/// The gains' source at work.
+/// The gains' source with its state.
 #[derive(Clone, Debug, Default)]
 pub struct Follower {
     adaptive: Adaptive,
     waiting: VecDeque<ModelEstimate>,
-    /// Whether an identified model acted at the last tick; `None` before the first.
+    /// Whether an identified model was used at the last tick; `None` before the first.
     adapted: Option<bool>,
     /// A line for the log.
     changes: Option<String>,
 }
 
 impl Follower {
-    /// Takes a model, for its time.
+    /// Takes a model, to be used at its time.
     pub fn on_model(&mut self, model: ModelEstimate) {
         if self.waiting.len() == MOST_WAITING {
             self.waiting.pop_front();
@@ -59,7 +58,7 @@ impl Follower {
         self.waiting.push_back(model);
     }
 
-    /// The gains at a speed (m/s), `dt` seconds after the last tick, and whether an identified model acts.
+    /// The gains at a speed (m/s), `dt` seconds after the last tick, and whether they come from an identified model.
     pub fn gains(&mut self, rules: &Rules, speed: f64, stamp: i64, dt: f64) -> (LoopGains, bool) {
         let delay = (rules.trust.delay * 1e9) as i64;
         let is_due =

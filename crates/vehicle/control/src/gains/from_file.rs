@@ -1,6 +1,6 @@
-//! The schedule on a model from a file: the gains that [`adaptive`](super::adaptive) would reach on the same model,
-//! at once and for good. It is believed on the same terms, but that it does not age; away from
-//! the speed it was identified at, it goes with the speed as the schedule's own model does.
+//! The schedule on a model from a file: the gains that [`adaptive`](super::adaptive) would reach with the same model, from the beginning.
+//! It must satisfy the same conditions, except age; at other speeds than that of the identification, it changes with speed like the
+//! schedule's own model.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use super::pitch_model::{Identified, SpeedLaw};
 use super::schedule::{LoopGains, Schedule};
 use super::trust::Trust;
 
-/// The vehicle in pitch over speed, by a model file.
+/// The vehicle in pitch over speed, from a model file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FromFile {
     law: SpeedLaw,
@@ -22,8 +22,8 @@ impl FromFile {
     /// The model in a file.
     ///
     /// # Errors
-    /// [`FileError`], with the file's name: it cannot be read, does not say its speed, is of other signals than dive
-    /// planes and pitch rate, or is not to be trusted.
+    /// [`FileError`], with the file's name: it cannot be read, lacks its speed, has other signals than dive planes and pitch rate, or
+    /// cannot be trusted.
     pub fn read(path: &str, schedule: &Schedule, trust: &Trust) -> Result<Self, FileError> {
         let file = ModelFile::read(Path::new(path))?;
         Self::from_model(&file, schedule, trust).map_err(|reason| FileError::Distrusted {
@@ -32,10 +32,10 @@ impl FromFile {
         })
     }
 
-    /// The same of what was read.
+    /// The same for a model that was read.
     ///
     /// # Errors
-    /// As [`read`](Self::read), but for the file's name.
+    /// Like [`read`](Self::read), without the file's name.
     pub fn from_model(
         file: &ModelFile,
         schedule: &Schedule,
@@ -157,7 +157,7 @@ mod tests {
     fn a_model_that_cannot_be_trusted_is_refused_with_the_reason() {
         type Change = fn(&mut ModelFile);
         let refused: [(Change, &str); 4] = [
-            (|m| m.speed = None, "at what speed"),
+            (|m| m.speed = None, "the speed of the vehicle"),
             (|m| m.output = "state:depth".to_owned(), "pitch_rate"),
             // Sixteen times the plane moment at a quarter of the speed.
             (|m| m.speed = Some(0.2), "times the scheduled"),
@@ -188,6 +188,6 @@ mod tests {
         model.speed = None;
         model.write(&path).unwrap();
         let refusal = read().unwrap_err().to_string();
-        assert!(refusal.contains("model.json") && refusal.contains("at what speed"));
+        assert!(refusal.contains("model.json") && refusal.contains("the speed of the vehicle"));
     }
 }

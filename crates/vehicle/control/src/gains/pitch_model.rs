@@ -2,15 +2,14 @@
 //! thesis, 1988, ch. II, with `K`, `B` and `Me` over `J`): the pitch equation of `planesman_vehicle::pitch`
 //! without heave, with `k = -kappa`, `b = beta`, `m = mu`.
 //!
-//! **From an identified model** of pitch rate over plane angle: its response to a unit step of planes from
-//! rest obeys, integrated once,
+//! **From an identified model** of pitch rate over plane angle: its response to a unit step of planes from rest satisfies, integrated once,
 //!
 //! ```text
 //! q(t) = -k t - b theta(t) - m int theta dt
 //! ```
-//! whose three coefficients are fitted by least squares over the first seconds. An order above two,
-//! as heave or noise asks for, is so reduced to what the loops can use. How sure the fit is follows from the
-//! model's covariance by the derivatives of `k` and `b` with respect to each identified coefficient.
+//! whose three coefficients are fitted by least squares over the first seconds. An order above two, for heave or noise, is thereby reduced
+//! to what the loops can use. The uncertainty of the fit follows from the model's covariance by the derivatives of `k` and `b` with respect
+//! to each identified coefficient.
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use planesman_linear::TransferFunction;
@@ -18,13 +17,13 @@ use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
 use super::distrust::Distrust;
 
-/// The step response is fitted over this long, s: the pitch loop's own time scale.
+/// The step response is fitted over this time, s: the pitch loop's own time scale.
 const FITTED: f64 = 4.0;
 
-/// Models sampled more slowly have too few samples to fit, and those sampled faster too many.
+/// Models with a longer sampling interval have too few samples to fit, those with a shorter one too many.
 const SAMPLES: std::ops::RangeInclusive<usize> = 8..=4000;
 
-/// The relative change of a coefficient that its derivative is taken over.
+/// The relative step of a coefficient in difference quotients.
 const NUDGE: f64 = 1e-6;
 
 /// The vehicle in pitch.
@@ -38,16 +37,16 @@ pub struct PitchModel {
     pub restoring: f64,
 }
 
-/// The vehicle in pitch over speed: `k ~ U^i`, `b ~ U^j`, `m` of weight alone.
+/// The vehicle in pitch over speed: `k ~ U^i`, `b ~ U^j`, `m` from weight alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpeedLaw {
     /// At the reference speed.
     pub model: PitchModel,
     /// `U_0`, m/s.
     pub reference_speed: f64,
-    /// `i`: 2 in water, 0 as the report's Table 3 takes it.
+    /// `i`: 2 in water, 0 in the report's Table 3.
     pub plane_exponent: f64,
-    /// `j`: 1 in water, 0 as the report's Table 3 takes it.
+    /// `j`: 1 in water, 0 in the report's Table 3.
     pub damping_exponent: f64,
 }
 
@@ -64,7 +63,7 @@ impl SpeedLaw {
     }
 }
 
-/// A pitch model with the standard deviations that its source's covariance gives it.
+/// A pitch model with standard deviations from its source's covariance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Identified {
     /// The model.
@@ -76,12 +75,11 @@ pub struct Identified {
 }
 
 impl Identified {
-    /// The vehicle in pitch by an estimate; its input must be the dive-plane angle (rad, dive) and
-    /// its output the pitch rate (rad/s, bow up).
+    /// The vehicle in pitch from an estimate; its input must be the dive-plane angle (rad, dive) and its output the pitch rate (rad/s, bow
+    /// up).
     ///
     /// # Errors
-    /// When the estimate is of something else, is not well formed, or its step response does not
-    /// determine the model.
+    /// If the estimate has other signals, is malformed, or its step response does not determine the model.
     pub fn from_estimate(estimate: &ModelEstimate) -> Result<Self, Distrust> {
         if !is_of_pitch(estimate) {
             return Err(Distrust::Signals {

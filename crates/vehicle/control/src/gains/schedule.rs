@@ -8,15 +8,14 @@
 //! Kpz = sigma Kpz_0 U_0 / U
 //! Kdz = Kdz_0 U_0 / U
 //! ```
-//! Index 0: the fixed gains, at the reference speed, on the model there. Put into the loop's polynomial these give
-//! the reference's poles times `sigma`. Where the planes are stronger, as at more speed in water, the loop is
-//! faster with the same plane angles (`Kpy` as it was, `Kpz` too, `Kr` and `Kdz` with `1 / U`); where they are weaker,
-//! larger angles keep it as fast. Below the lowest speed of the schedule planes and pitch do too little to be asked for
-//! more.
+//! Index 0 means the fixed gains at the reference speed, on the model there. In the loop's polynomial these give the reference's poles
+//! times `sigma`. If the planes are stronger, as at a higher speed in water, the loop is faster with the same plane angles (`Kpy` and `Kpz`
+//! unchanged, `Kr` and `Kdz` with `1 / U`). If they are weaker, larger angles keep it as fast. Below the lowest speed of the schedule
+//! planes and pitch have too little effect to use higher gains.
 
 use super::pitch_model::{PitchModel, SpeedLaw};
 
-/// The speed above which nothing changes any more, m/s: beyond any vehicle's, and all powers of it finite.
+/// The speed above which the gains no longer change, m/s: beyond any vehicle's, and all powers of it finite.
 const HIGHEST_SPEED: f64 = 1e3;
 
 /// The gains of the depth and pitch loops.
@@ -33,7 +32,7 @@ pub struct LoopGains {
 }
 
 impl LoopGains {
-    /// The four, one by one combined with another four's.
+    /// Combines the four gains one by one with another four.
     #[must_use]
     pub fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
         Self {
@@ -45,14 +44,14 @@ impl LoopGains {
     }
 }
 
-/// The fixed gains with what they are right for.
+/// The fixed gains with their speed and vehicle model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Schedule {
     /// The gains at the reference speed.
     pub reference: LoopGains,
     /// The vehicle over speed.
     pub law: SpeedLaw,
-    /// The speed below which nothing changes any more, m/s.
+    /// The speed below which the gains no longer change, m/s.
     pub lowest_speed: f64,
 }
 
@@ -64,13 +63,13 @@ impl Schedule {
         self.on(&self.law.at(speed), speed)
     }
 
-    /// The speed that the gains are for, m/s; a speed that no vehicle has is as good as the fastest.
+    /// The speed used for the gains, m/s, limited to a plausible range.
     #[must_use]
     pub fn scheduled(&self, speed: f64) -> f64 {
         speed.max(self.lowest_speed).min(HIGHEST_SPEED)
     }
 
-    /// The gains at a speed (m/s) for a vehicle of this model.
+    /// The gains at a speed (m/s) for a vehicle with this model.
     #[must_use]
     pub fn on(&self, model: &PitchModel, speed: f64) -> LoopGains {
         let there = self.law.model;

@@ -1,6 +1,6 @@
-//! Conditions on an identified model for its gains to be used.
+//! Conditions for the use of an identified model.
 //!
-//! 1. `K/J` and `B/J` lie within a factor [`Trust::factor`] of the scheduled model's;
+//! 1. `K/J` and `B/J` are within a factor [`Trust::factor`] of the scheduled model's;
 //! 2. their standard deviations are below [`Trust::uncertainty`] of the values.
 //!
 //! The gains then stay within the same factor of the scheduled ones.
@@ -30,7 +30,7 @@ pub struct Trust {
 }
 
 impl Trust {
-    /// The model found at a speed (m/s), if it meets the conditions.
+    /// The model identified at a speed (m/s), if it satisfies the conditions.
     ///
     /// # Errors
     /// Why not.
@@ -69,7 +69,7 @@ impl Trust {
         Ok(*model)
     }
 
-    /// The gains at a speed (m/s) for a vehicle of a model that is believed.
+    /// The gains at a speed (m/s) for a vehicle with a trusted model.
     #[must_use]
     pub fn gains(&self, schedule: &Schedule, model: &PitchModel, speed: f64) -> LoopGains {
         schedule

@@ -1,4 +1,4 @@
-//! What is kept of each topic's messages.
+//! Data kept of each topic's messages.
 
 use planesman_hydraulics::Energy;
 use planesman_linear::{StepMetrics, TimeHistory};
@@ -10,11 +10,11 @@ use planesman_msgs::planesman_msgs::msg::{
 use crate::in_order::{InOrder, Next};
 use crate::model_summary::identified;
 
-/// The time that the close-up of the planes shows, s.
+/// Time range of the close-up of the planes, s.
 const CLOSE_UP: f64 = 5.0;
-/// Of a tick's plane motion one sample in so many is drawn.
+/// One of this many samples of a tick's plane motion is drawn.
 const DRAWN_SAMPLES: usize = 5;
-/// More actuators than any vehicle has.
+/// Upper limit of the number of actuators; no vehicle has that many.
 pub(super) const ACTUATORS: usize = 16;
 
 /// A message with a stamp.
@@ -43,14 +43,14 @@ stamped!(
     ThrusterCommand
 );
 
-/// Points over time: s since the first state, and the quantity.
+/// Points of a time history: s since the first state, and the quantity.
 pub type Points = Vec<(f64, f64)>;
 
 /// Data collected from one topic's messages, in their order.
 pub(super) trait Collected: Default {
     type Message: Stamped;
 
-    /// Takes the next message; `t` is its stamp, s.
+    /// Adds the next message; `t` is its stamp, s.
     fn take(&mut self, t: f64, message: &Self::Message);
 }
 
@@ -90,10 +90,10 @@ pub(super) fn seconds(origin: i64, stamp: i64) -> f64 {
     (stamp - origin) as f64 * 1e-9
 }
 
-/// The vehicle's true states.
+/// True states of the vehicle.
 #[derive(Default)]
 pub(super) struct States {
-    /// The first and the last, ns.
+    /// Stamps of the first and the last state, ns.
     pub(super) span: Option<(i64, i64)>,
     pub(super) ticks: u64,
     pub(super) planes_held: u64,
@@ -126,23 +126,23 @@ impl Collected for States {
     }
 }
 
-/// The depth that is held, and the part of the flight in which the response to its last change can be judged.
+/// The held depth, and the part of the flight in which the response to its last change can be evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct HeldDepth<T> {
     /// m
     pub(crate) depth: f64,
     /// Time of the last change.
     pub(crate) since: T,
-    /// Time of the first test signal after it. A signal that is on by the tick after the change disturbs the whole
-    /// response, so it ends nothing: then this is `None` and `is_disturbed` is set.
+    /// Time of the first test signal after it. A signal that starts by the tick after the change disturbs the whole response. Then this is
+    /// `None` and `is_disturbed` is set.
     pub(crate) signal: Option<T>,
-    /// Whether a test signal was on from the change on.
+    /// Whether a test signal was active from the change on.
     pub(crate) is_disturbed: bool,
     ticks: u32,
 }
 
 impl<T: Copy> HeldDepth<T> {
-    /// The depth held after one more state of the controller at `now`; `None` while no depth is held.
+    /// Updates the held depth by one state of the controller at `now`; `None` while no depth is held.
     pub(crate) fn after(held: Option<Self>, control: &ControlState, now: T) -> Option<Self> {
         if control.feedback_stale {
             return held;
@@ -174,8 +174,8 @@ impl<T: Copy> HeldDepth<T> {
 }
 
 impl<T: Copy + PartialOrd> HeldDepth<T> {
-    /// The response, found by a function of its end: up to the test signal, or up to the end of the flight where it has not settled by
-    /// the signal; that end, and whether a test signal was on until then.
+    /// Evaluates the response with a function of its end: up to the test signal, or up to the end of the flight if it has not settled by
+    /// then. Returns the response, that end, and whether a test signal was active before it.
     pub(crate) fn judged<E>(
         &self,
         end: T,
@@ -198,7 +198,7 @@ fn is_tested(control: &ControlState) -> bool {
     control.identification != 0.0 || control.manoeuvre != 0.0
 }
 
-/// The state of the controller.
+/// States of the controller.
 #[derive(Default)]
 pub(super) struct Controls {
     /// Times in ns; `None` while no depth is held.
@@ -261,7 +261,7 @@ impl Collected for Commands {
     }
 }
 
-/// What the thrusters are asked to do, by their names.
+/// Commands of the thrusters, by name.
 #[derive(Default)]
 pub(super) struct Thrusters(pub(super) Vec<(String, TimeHistory)>);
 
@@ -280,7 +280,7 @@ impl Collected for Thrusters {
     }
 }
 
-/// The plane angle as the actuator moved it, several points a tick.
+/// Plane angle of the actuator, with several points per tick.
 #[derive(Default)]
 pub(super) struct Motions(pub(super) Angle);
 
@@ -315,7 +315,7 @@ impl Collected for Rams {
     }
 }
 
-/// The estimates of one pair of signals.
+/// Estimates of one pair of signals.
 #[derive(Default)]
 pub(super) struct Models {
     pub(super) valid: Option<ModelEstimate>,
@@ -339,7 +339,7 @@ impl Collected for Models {
     }
 }
 
-/// A time history's points, `shift` seconds earlier.
+/// Points of a time history, `shift` seconds earlier.
 pub(super) fn points(history: &TimeHistory, shift: f64) -> Points {
     history.points().map(|(t, y)| (t - shift, y)).collect()
 }

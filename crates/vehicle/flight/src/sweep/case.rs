@@ -1,4 +1,4 @@
-//! One case: the flight of a scenario in this process, and the numbers that are kept of it.
+//! One case: the simulation of a scenario in this process, and its results.
 
 use crate::error::Result;
 use planesman_control::gains::FIRST_PAIR;
@@ -12,26 +12,26 @@ use crate::model_summary::identified;
 use crate::parts::{Model, Parts};
 use crate::scenario::Scenario;
 
-/// The numbers of a flight. Response and model are those of `planesman report`.
+/// Results of a flight. Response and model are the same as in `planesman report`.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Metrics {
-    /// The last depth setpoint, m.
+    /// Last depth setpoint, m.
     setpoint: Option<f64>,
-    /// The response to its last change.
+    /// Response to its last change.
     response: Option<StepMetrics>,
-    /// Plane travel, both ways added, rad.
+    /// Total plane travel in both directions, rad.
     travel: f64,
-    /// Volumes that all actuators moved.
+    /// Volumes moved by all actuators.
     pulses: u64,
-    /// Their hydraulic work, J.
+    /// Hydraulic work of all actuators, J.
     work: f64,
-    /// Their energies, of those that have hydraulics.
+    /// Energies of all actuators with hydraulics.
     energy: Option<Energy>,
-    /// The last valid model of the first pair.
+    /// Last valid model of the first pair.
     model: Option<ModelEstimate>,
 }
 
-/// The columns of a case's numbers, before those of the poles.
+/// Columns of a case's numbers, before those of the poles.
 pub const COLUMNS: [&str; 25] = [
     "depth_setpoint [m]",
     "rise_time [s]",
@@ -60,19 +60,19 @@ pub const COLUMNS: [&str; 25] = [
     "first_markov_parameter",
 ];
 
-/// The place of the settling time in [`COLUMNS`].
+/// Index of the settling time in [`COLUMNS`].
 pub const SETTLING: usize = 4;
-/// The place of the plane travel.
+/// Index of the plane travel.
 pub const TRAVEL: usize = 7;
 
-/// Estimates that are kept until the last valid one of them is made.
+/// Number of estimates kept until the last valid one is computed.
 const MOST_DUE: usize = 100;
 
 impl Metrics {
-    /// Flies the scenario.
+    /// Simulates the scenario.
     ///
     /// # Errors
-    /// A vehicle or parameter that is refused, or a flight that breaks off.
+    /// If a vehicle or parameter is refused, or the flight fails.
     pub(super) fn fly(parts: &Parts, scenario: &Scenario) -> Result<Self> {
         let mut flight = Loop::of_parts(parts, scenario)?;
         let mut metrics = Self::default();
@@ -115,7 +115,7 @@ impl Metrics {
         Ok(metrics)
     }
 
-    /// The numbers of [`COLUMNS`], then real and imaginary part of so many poles, 1/s, slowest first.
+    /// The numbers of [`COLUMNS`], then real and imaginary parts of `poles` poles, 1/s, slowest first.
     pub(super) fn numbers(&self, poles: usize) -> Vec<Option<f64>> {
         let response = |of: fn(&StepMetrics) -> Option<f64>| self.response.as_ref().and_then(of);
         let summary = self.model.as_ref().map(identified);
@@ -159,13 +159,13 @@ impl Metrics {
     }
 }
 
-/// The last of the estimates that is valid; it takes them all.
+/// Removes all estimates and returns the last valid one.
 fn last_valid(due: &mut Vec<Model>) -> Option<ModelEstimate> {
     let mut newest_first = due.drain(..).rev().filter_map(|due| due.estimate());
     newest_first.find(|model| model.valid)
 }
 
-/// The response to a depth that is held from the tick `since` on; `None` where the vehicle was there already.
+/// Response to a depth held from the tick `since` on; `None` if the vehicle was already there.
 fn response(depths: &[f64], since: usize, setpoint: f64, tick: f64) -> Result<Option<StepMetrics>> {
     let nanos = (tick * 1e9).round() as i64;
     let time = |k: usize| (k as i64 * nanos) as f64 * 1e-9;

@@ -1,6 +1,6 @@
-//! What a column of the results holds.
+//! Data types of the result columns.
 
-/// What a column holds. An empty cell is null.
+/// Data type of a column. An empty cell means null.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Whole numbers.

@@ -1,10 +1,10 @@
-//! A scenario flown many times in this process, with other parameters and seeds each time.
+//! Many simulations of a scenario in this process, with different parameters and seeds.
 //!
-//! - [`space`]: what is varied, and the cases that follow;
-//! - [`case`]: the flight of one case, and its numbers;
-//! - `column`: what a column of the results holds;
-//! - [`outcomes`]: what the cases came to, combination by combination;
-//! - [`results`]: the file with a row a case, which can be interrupted at any time.
+//! - [`space`]: the varied parameters and the resulting cases;
+//! - [`case`]: the simulation of one case, and its numbers;
+//! - `column`: data types of the result columns;
+//! - [`outcomes`]: results of the cases by combination;
+//! - [`results`]: the file with one row per case, which can be interrupted at any time.
 
 pub mod case;
 mod column;
@@ -33,20 +33,20 @@ use space::Space;
 
 pub use column::Kind;
 
-/// Combinations that are checked at a time: what is kept of them does not grow with the sweep.
+/// Number of combinations checked at a time, so that memory does not grow with the sweep.
 const CHECKED: u64 = 100_000;
 
-/// Refused combinations that are named.
+/// Number of refused combinations that a message names.
 const LISTED: usize = 3;
 
-/// What a folder's results are of, kept beside them: a folder holds one sweep.
+/// Definition of a folder's results, stored in the folder: a folder contains one sweep.
 #[derive(PartialEq, Serialize, Deserialize)]
 struct Definition {
     planesman: String,
     vary: Vec<String>,
     samples: Option<u32>,
     seeds: u32,
-    /// How many parts the cases are in, if they are; in no two ways, where cases would be twice.
+    /// Number of parts of the cases, if they are divided; a second division would repeat cases.
     #[serde(skip_serializing_if = "Option::is_none")]
     parts: Option<u64>,
     scenario: String,
@@ -85,7 +85,7 @@ fn check_these(
     )
 }
 
-/// Makes the folder, with what its results are of.
+/// Creates the folder and writes its definition.
 fn define(folder: &Path, definition: &Definition) -> Result<()> {
     let text = serde_yaml_ng::to_string(definition).map_err(|it| refused!("{it}"))?;
     let path = folder.join("sweep.yaml");
@@ -101,16 +101,18 @@ fn define(folder: &Path, definition: &Definition) -> Result<()> {
             });
             match (is_same, parts) {
                 (false, _) => refuse!(
-                    "'{}' holds another sweep; name a new folder with {}",
+                    "'{}' has the results of another sweep; name a new folder with {}",
                     folder.display(),
                     option("out")
                 ),
                 (true, None) => refuse!(
-                    "'{}' holds this sweep whole, and cases would be there twice; go on without parts, or name a new folder",
+                    "'{}' has this sweep undivided, and parts would repeat its cases; continue \
+                     without parts, or name a new folder",
                     folder.display()
                 ),
                 (true, Some(parts)) => refuse!(
-                    "'{}' holds this sweep in {parts} parts, and cases would be there twice; go on with {parts} parts, or name a new folder",
+                    "'{}' has this sweep in {parts} parts, and another division would repeat its \
+                     cases; continue with {parts} parts, or name a new folder",
                     folder.display()
                 ),
             }
@@ -123,7 +125,7 @@ fn define(folder: &Path, definition: &Definition) -> Result<()> {
     }
 }
 
-/// The most poles that a case's model can have.
+/// Largest possible number of poles of a case's model.
 fn poles(scenario: &Scenario, space: &Space) -> Result<usize> {
     let own = scenario
         .parameters_of::<IdentifierParameters>("sysid")?
@@ -139,12 +141,12 @@ fn poles(scenario: &Scenario, space: &Space) -> Result<usize> {
     Ok(most as usize)
 }
 
-/// A part of the combinations, `part` of `of`, from 1 on; all seeds of a combination are in one part.
+/// A part of the combinations, number `part` of `of`, from 1 on; all seeds of a combination are in one part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {
     /// Which.
     pub part: u64,
-    /// How many there are.
+    /// Number of parts.
     pub of: u64,
 }
 
@@ -153,14 +155,14 @@ impl Part {
     pub const ALL: Self = Self { part: 1, of: 1 };
 }
 
-/// The cases of a part, flown.
+/// Simulated cases of a part.
 #[derive(Clone, Debug)]
 pub struct CaseResult {
-    /// The file with a row a case.
+    /// File with one row per case.
     pub file: PathBuf,
     /// Its cases.
     pub all: u64,
-    /// Those of them that it had before.
+    /// Number of cases that the file already had.
     pub there: u64,
 }
 
@@ -176,26 +178,26 @@ pub struct Sweep {
     samples: Option<u32>,
 }
 
-/// A case that was flown.
+/// A simulated case.
 #[derive(Clone, Debug)]
 pub struct Case {
     /// Its number.
     pub number: u64,
-    /// The values of what is varied, as text.
+    /// Values of the varied parameters, as text.
     pub values: Vec<String>,
     /// Its seed.
     pub seed: u32,
-    /// The numbers that are kept of it; `None` where there is none.
+    /// Its numbers; `None` for a missing one.
     pub numbers: Vec<Option<f64>>,
-    /// Why the flight broke off; empty otherwise.
+    /// Reason why the flight failed; empty otherwise.
     pub error: String,
 }
 
 impl Sweep {
-    /// The cases of these `--vary`, `--samples` and `--seeds`; their combinations are still to be [checked](Sweep::check).
+    /// Creates the cases of these `--vary`, `--samples` and `--seeds`; [check](Sweep::check) their combinations next.
     ///
     /// # Errors
-    /// A parameter or a value that is refused.
+    /// If a parameter or value is refused.
     pub fn new(
         scenario: Scenario,
         vary: &[String],
@@ -205,7 +207,7 @@ impl Sweep {
         let space = Space::new(vary, samples.unwrap_or(0), seeds, scenario.seed)?;
         let parameters = || space.axes.iter().map(|axis| &axis.parameter);
         if let Some(parameter) = parameters().find(|it| scenario.is_changed(it)) {
-            refuse!("{parameter} is set and varied: one of the two");
+            refuse!("{parameter} is both set and varied; use one of the two");
         }
         Ok(Self {
             poles: poles(&scenario, &space)?,
@@ -217,7 +219,7 @@ impl Sweep {
         })
     }
 
-    /// The same, flown with these parts.
+    /// As [`Sweep::new`], simulated with these parts.
     #[must_use]
     pub fn with_parts(self, parts: Parts) -> Self {
         Self { parts, ..self }
@@ -226,7 +228,7 @@ impl Sweep {
     /// Checks every combination as the nodes would at their start.
     ///
     /// # Errors
-    /// Combinations that are refused.
+    /// If combinations are refused.
     pub fn check(&self, progress: &dyn Progress) -> Result<()> {
         let all = self.combinations();
         progress.begin("combinations checked", all, 0);
@@ -242,22 +244,22 @@ impl Sweep {
         outcome
     }
 
-    /// Combinations of values; each is flown with every seed.
+    /// Number of combinations of values; each is simulated with every seed.
     #[must_use]
     pub fn combinations(&self) -> u64 {
         self.space.combinations()
     }
 
-    /// Cases of a part.
+    /// Number of cases of a part.
     #[must_use]
     pub fn cases(&self, Part { part, of }: Part) -> u64 {
         (self.combinations() + of - part) / of * u64::from(self.space.seeds)
     }
 
-    /// Makes the folder, with what its results are of; in so many parts, where that is fixed.
+    /// Creates the folder and writes its definition, with the number of parts if it is fixed.
     ///
     /// # Errors
-    /// A folder that holds another sweep or cannot be written.
+    /// If the folder has the results of another sweep or cannot be written.
     pub fn define(&self, folder: &Path, parts: Option<u64>) -> Result<()> {
         let definition = Definition {
             planesman: env!("CARGO_PKG_VERSION").to_owned(),
@@ -270,11 +272,11 @@ impl Sweep {
         define(folder, &definition)
     }
 
-    /// Flies the cases that the file of a part in `folder` lacks, so many at a time; the folder is [defined](Sweep::define). A
-    /// sweep that is broken off goes on where it was.
+    /// Simulates the cases that the part's file in `folder` lacks, `jobs` at a time; [define](Sweep::define) the folder first. An
+    /// interrupted sweep continues.
     ///
     /// # Errors
-    /// A file that is another sweep's, that another process writes, or that cannot be written.
+    /// If a file belongs to another sweep, another process writes it, or it cannot be written.
     pub fn fly(
         &self,
         folder: &Path,
@@ -294,25 +296,30 @@ impl Sweep {
         let row = |number: u64| self.case(part, number)?.row();
         let filled = results.fill(all, jobs, row, || progress.step());
         progress.end();
-        filled.during(|| format!("'{}'; the same command again goes on", file.display()))?;
+        filled.during(|| {
+            format!(
+                "'{}'; run the same command again to continue",
+                file.display()
+            )
+        })?;
         #[cfg(feature = "parquet")]
         parquet::write(&file, &self.kinds())?;
         Ok(CaseResult { file, all, there })
     }
 
-    /// What is flown, but for what is varied.
+    /// The scenario without the varied parameters.
     #[must_use]
     pub fn scenario(&self) -> &Scenario {
         &self.scenario
     }
 
-    /// What is varied.
+    /// The varied parameters.
     #[must_use]
     pub fn space(&self) -> &Space {
         &self.space
     }
 
-    /// The names of the columns, with their units, and what they hold.
+    /// Names of the columns with their units, and their data types.
     #[must_use]
     pub fn columns(&self) -> Vec<(String, Kind)> {
         let number = |name: String| (name, Kind::Number);
@@ -335,16 +342,16 @@ impl Sweep {
         String::from_utf8(row_of(&names)?).map_err(|it| refused!("{it}"))
     }
 
-    /// What the columns hold.
+    /// Data types of the columns.
     #[cfg(feature = "parquet")]
     fn kinds(&self) -> Vec<Kind> {
         self.columns().into_iter().map(|(_, kind)| kind).collect()
     }
 
-    /// Flies a case of a part, by its place there. A flight that breaks off has a reason in place of numbers.
+    /// Simulates a case of a part, by its index there. A failed flight has a reason instead of numbers.
     ///
     /// # Errors
-    /// A value that its parameter's declaration refuses.
+    /// If a parameter's declaration refuses a value.
     pub fn case(&self, Part { part, of }: Part, place: u64) -> Result<Case> {
         // The seeds of a combination follow each other, in whichever part it is.
         let seeds = u64::from(self.space.seeds);
@@ -371,7 +378,7 @@ impl Sweep {
 }
 
 impl Case {
-    /// As a line of the file.
+    /// The case as a line of the file.
     fn row(&self) -> Result<Vec<u8>> {
         let mut cells = vec![self.number.to_string()];
         cells.extend_from_slice(&self.values);

@@ -1,6 +1,6 @@
-//! What the cases of a sweep came to, combination by combination.
+//! Results of the cases of a sweep by combination.
 //!
-//! The files are read row by row. What is kept does not grow with the seeds: the means of each combination.
+//! The files are read row by row. Memory does not grow with the seeds: only the means of each combination are kept.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use super::results::file_of;
 use super::space::Space;
 use crate::error::{During, Result, refused};
 
-/// A mean as it grows.
+/// A running mean.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Mean {
     sum: f64,
@@ -19,7 +19,7 @@ pub struct Mean {
 }
 
 impl Mean {
-    /// Takes a value, if there is one.
+    /// Adds a value; `None` is ignored.
     pub fn take(&mut self, value: Option<f64>) {
         if let Some(value) = value {
             self.sum += value;
@@ -27,23 +27,23 @@ impl Mean {
         }
     }
 
-    /// The mean of those taken; `None` of none.
+    /// Mean of the values so far; `None` without values.
     #[must_use]
     pub fn value(&self) -> Option<f64> {
         (self.count > 0).then(|| self.sum / f64::from(self.count))
     }
 }
 
-/// The seeds of a combination.
+/// Results of a combination over its seeds.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Combination {
-    /// Their settling times, s.
+    /// Settling times, s.
     pub settling: Mean,
-    /// Their plane travel, rad.
+    /// Plane travel, rad.
     pub travel: Mean,
     /// Cases.
     pub cases: u32,
-    /// Those of them that never settled.
+    /// Number of cases that never settled.
     pub unsettled: u32,
 }
 
@@ -56,26 +56,26 @@ pub struct Settled {
     pub travel: f64,
     /// Its number.
     pub combination: u64,
-    /// Whether no other is better in both.
+    /// Whether no other combination is better in both.
     pub is_on_front: bool,
 }
 
-/// The cases of a folder.
+/// Results of the cases in a folder.
 #[derive(Clone, Debug, Default)]
 pub struct Outcomes {
-    /// By their number, the combinations of which there are cases.
+    /// Combinations with results, by number.
     pub combinations: BTreeMap<u64, Combination>,
     /// Cases.
     pub cases: u64,
-    /// Those of them that broke off.
+    /// Number of failed cases.
     pub failed: u64,
 }
 
 impl Outcomes {
-    /// Reads what the folder holds, the whole or some of so many parts.
+    /// Reads the folder's results, undivided or in `parts` parts.
     ///
     /// # Errors
-    /// A file that cannot be read.
+    /// If a file cannot be read.
     pub fn read(folder: &Path, parts: Option<u64>, space: &Space) -> Result<Self> {
         let mut outcomes = Self::default();
         for file in files(folder, parts)? {
@@ -85,9 +85,9 @@ impl Outcomes {
                 let metric =
                     |place: usize| row.get(space.axes.len() + 2 + place)?.parse::<f64>().ok();
                 let case = row.get(0).unwrap_or_default();
-                let case: u64 = case.parse().map_err(|_| {
-                    refused!("'{}': no case has the number '{case}'", file.display())
-                })?;
+                let case: u64 = case
+                    .parse()
+                    .map_err(|_| refused!("'{}': unknown case number '{case}'", file.display()))?;
                 let combination = outcomes
                     .combinations
                     .entry(case / u64::from(space.seeds))
@@ -110,7 +110,7 @@ impl Outcomes {
         Ok(outcomes)
     }
 
-    /// The combinations that settle with every seed, the fastest first.
+    /// Combinations that settle with every seed, the fastest first.
     #[must_use]
     pub fn settled(&self) -> Vec<Settled> {
         let all = self.combinations.iter();
@@ -138,7 +138,7 @@ impl Outcomes {
     }
 }
 
-/// The results' files that are there. A copy of one, or a part of another division, has cases a second time: it is left out.
+/// Existing result files. A copy of a file, or a part of another division, would repeat cases: it is ignored.
 fn files(folder: &Path, parts: Option<u64>) -> Result<Vec<PathBuf>> {
     let Some(parts) = parts else {
         return Ok(vec![folder.join("cases.csv")]);

@@ -1,6 +1,6 @@
-//! The results as a Parquet file beside the CSV file, for programs that read one: DuckDB, Polars, pandas, Spark.
+//! The results as a Parquet file next to the CSV file, for DuckDB, Polars, pandas or Spark.
 //!
-//! It is written from the CSV file when a sweep, or a part of one, is complete; rows of a group at a time are in memory.
+//! It is written from the CSV file when a sweep, or a part of one, is complete; only one group of rows is in memory.
 
 use std::fs::File;
 use std::path::Path;
@@ -15,7 +15,7 @@ use planesman_text::write_whole;
 
 use super::column::Kind;
 
-/// Rows of a group.
+/// Number of rows in a group.
 const GROUP: usize = 65_536;
 
 impl Kind {
@@ -33,10 +33,10 @@ impl Kind {
     }
 }
 
-/// Writes the rows of `csv` into a file of the same name with the ending `.parquet`, its columns of these kinds.
+/// Writes the rows of `csv` into a file of the same name with the extension `.parquet`; `kinds` are its columns' types.
 ///
 /// # Errors
-/// When a file cannot be read or written.
+/// If a file cannot be read or written.
 pub(super) fn write(csv: &Path, kinds: &[Kind]) -> Result<()> {
     let path = csv.with_extension("parquet");
     write_whole(&path, |file| write_to(csv, kinds, file))

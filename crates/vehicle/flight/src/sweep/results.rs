@@ -1,10 +1,8 @@
-//! The results' file: a row a case, in the order of the cases, however many cores work and however often the sweep was
-//! interrupted.
+//! The results' file: one row per case in the order of the cases, independent of the number of cores and of interruptions.
 //!
-//! Workers take cases in order. A row that is ready before those in front of it waits in memory; no worker is more than
-//! 1024 cases ahead, so memory does not grow with the number of cases. The file is therefore a run of whole rows
-//! from the first case on, but for a piece of a row when the machine is lost while one is written. That is all that has
-//! to be known to go on: the number of its whole rows.
+//! Workers take cases in order. A row that is ready early waits in memory for those before it. No worker is more than 1024 cases ahead, so
+//! memory does not grow with the number of cases. The file therefore always has complete rows from the first case on, except for a partial
+//! last row after a power failure. To continue, only the number of its complete rows is needed.
 
 use std::collections::BTreeMap;
 use std::fs::{File, TryLockError};
@@ -15,26 +13,26 @@ use std::sync::{Condvar, Mutex, PoisonError};
 
 use crate::error::{During, Error, Result, refuse, refused};
 
-/// Cases begun beyond the first that is not written.
+/// Largest number of cases begun beyond the first unwritten one.
 const AHEAD: u64 = 1024;
 
-/// The name of a part's file.
+/// Name of a part's file.
 pub fn file_of(part: u64, parts: u64) -> String {
     format!("cases-{part}-of-{parts}.csv")
 }
 
-/// The file, open for the rows that it lacks.
+/// The file, open for the missing rows.
 pub struct Results {
     file: File,
-    /// Rows that it had.
+    /// Number of rows that it already had.
     pub there: u64,
 }
 
 impl Results {
-    /// Opens the file for more rows, or begins it with its header row.
+    /// Opens the file for more rows, or creates it with its header row.
     ///
     /// # Errors
-    /// When it cannot be written, another process is writing it, or it has another header.
+    /// If it cannot be written, another process is writing it, or it has another header.
     pub fn open(path: &Path, header: &str) -> Result<Self> {
         let named = || format!("'{}'", path.display());
         let mut options = File::options();
@@ -47,7 +45,9 @@ impl Results {
             .during(named)?;
         match file.try_lock() {
             Ok(()) => {}
-            Err(TryLockError::WouldBlock) => refuse!("{}: another sweep is writing it", named()),
+            Err(TryLockError::WouldBlock) => {
+                refuse!("{}: another sweep is writing this file", named())
+            }
             Err(TryLockError::Error(error)) => return Err(error).during(named),
         }
         let mut whole = 0;
@@ -73,10 +73,10 @@ impl Results {
         })
     }
 
-    /// Appends the rows up to `all`, of `row` by its number, computed on so many threads; `written` is called for each.
+    /// Appends the rows up to `all`; `row` computes a row by its number on `threads` threads, and `written` is called for each.
     ///
     /// # Errors
-    /// When a row cannot be computed or written. The file then ends with the row before it.
+    /// If a row cannot be computed or written. The file then ends with the row before it.
     pub fn fill(
         self,
         all: u64,
@@ -110,7 +110,7 @@ impl Results {
                 // A panic of a row is a failure of the sweep, not a wait without end.
                 let outcome =
                     std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| row(number)))
-                        .unwrap_or_else(|_| Err(refused!("case {number} broke off")));
+                        .unwrap_or_else(|_| Err(refused!("case {number} failed")));
                 let mut state = locked();
                 let outcome = outcome.and_then(|row| state.put(number, row));
                 match outcome {
@@ -140,20 +140,20 @@ impl Results {
     }
 }
 
-/// What the workers share.
+/// State shared by the workers.
 struct Shared {
     file: File,
-    /// The next row to compute.
+    /// Next row to compute.
     next: u64,
-    /// The next row to write.
+    /// Next row to write.
     written: u64,
-    /// Rows that wait for one in front of them.
+    /// Rows that wait for an earlier one.
     ready: BTreeMap<u64, Vec<u8>>,
     failure: Option<Error>,
 }
 
 impl Shared {
-    /// Takes a row, and writes all whose turn has come; returns how many.
+    /// Adds a row, and writes all rows that are next in order; returns their number.
     fn put(&mut self, number: u64, row: Vec<u8>) -> Result<u64> {
         self.ready.insert(number, row);
         let before = self.written;

@@ -1,7 +1,7 @@
-//! What is varied, and the cases that follow from it.
+//! The varied parameters, and the resulting cases.
 //!
-//! A case is a combination of values and a seed. Its number alone says which: the first parameter named varies slowest,
-//! a Latin hypercube's samples faster than all of a grid, the seed fastest. No list of cases is kept.
+//! A case is a combination of values and a seed. Its number alone determines it: the first parameter varies slowest, samples of a Latin
+//! hypercube vary faster than the grid, and the seed varies fastest. No list of cases is stored.
 
 use crate::error::{During, Result, refuse, refused};
 use planesman_parameters::Value;
@@ -12,32 +12,32 @@ use rand_pcg::Pcg64;
 
 use crate::scenario::{ParameterName, Scenario};
 
-/// The most values of one parameter.
+/// Largest number of values of one parameter.
 const MOST_VALUES: f64 = 1e6;
 
-/// The most cases.
+/// Largest number of cases.
 const MOST_CASES: u64 = 1_000_000_000;
 
-/// A parameter that is varied, and its values.
+/// A varied parameter and its values.
 #[derive(Clone, Debug)]
 pub struct Axis {
-    /// What is varied.
+    /// The varied parameter.
     pub parameter: ParameterName,
     /// Its unit, as declared.
     pub unit: &'static str,
     /// Its values.
     pub values: Vec<Value>,
-    /// Whether the values belong together with those of the others that are sampled.
+    /// Whether its values are sampled together with those of other sampled parameters.
     pub is_sampled: bool,
 }
 
 impl Axis {
-    /// An axis as `NODE.PARAMETER=VALUES` on the command line. VALUES is a list, or of a number `FROM:TO:STEP`, or
-    /// `FROM..TO` to draw `samples` from.
+    /// Parses `NODE.PARAMETER=VALUES` from the command line. VALUES is a list, for numbers also `FROM:TO:STEP`, or `FROM..TO` for `samples`
+    /// random values.
     fn read(text: &str, place: usize, samples: u32, seed: u32) -> Result<Self> {
         let (parameter, values) = ParameterName::split(text)?;
         if parameter.node == "plant_sim" && parameter.name == "seed" {
-            refuse!("seeds are varied by {}", option("seeds"));
+            refuse!("refused: use {} to vary the seed", option("seeds"));
         }
         let declaration = parameter.declaration()?;
         let is_number = matches!(declaration.default, Value::Double(_) | Value::Integer(_));
@@ -61,12 +61,12 @@ impl Axis {
                 let (from, to) = (number(from)?, number(to)?);
                 if samples == 0 {
                     refuse!(
-                        "a range FROM..TO is drawn from: say how often, {}",
+                        "the range FROM..TO needs a number of samples: give {}",
                         setting("samples", "N")
                     );
                 }
                 if from >= to {
-                    refuse!("a range begins below its end");
+                    refuse!("refused: a range FROM..TO must have FROM below TO");
                 }
                 let shares = strata(samples, place, seed);
                 let at = |share: f64| typed(rounded(from + share * (to - from)));
@@ -92,7 +92,7 @@ impl Axis {
         })
     }
 
-    /// Its name, with the unit.
+    /// Name with unit.
     pub fn name(&self) -> String {
         match self.unit {
             "" => self.parameter.to_string(),
@@ -100,7 +100,7 @@ impl Axis {
         }
     }
 
-    /// The numbers on it; `None` for words.
+    /// Its values as numbers; `None` for words.
     pub fn numbers(&self) -> Option<Vec<f64>> {
         let number = |value: &Value| match value {
             Value::Integer(it) => Some(*it as f64),
@@ -111,23 +111,23 @@ impl Axis {
     }
 }
 
-/// From one number to another, both included where the step leads there.
+/// Numbers from `from` to `to`; `to` is included if a step reaches it.
 fn steps(from: f64, to: f64, step: f64) -> Result<Vec<f64>> {
     let count = ((to - from) / step + 1e-9).floor();
     if !(0.0..MOST_VALUES).contains(&count) {
-        refuse!("FROM:TO:STEP leads from FROM to TO in at most {MOST_VALUES} steps");
+        refuse!("refused: FROM:TO:STEP must reach TO from FROM in at most {MOST_VALUES} steps");
     }
     let at = |i: u64| rounded(from + i as f64 * step);
     Ok((0..=count as u64).map(at).collect())
 }
 
-/// In twelve digits: 0.4 and three times 0.1 are 0.7.
+/// Rounds to twelve digits, so that three times 0.1 and 0.4 make 0.7.
 fn rounded(value: f64) -> f64 {
     format!("{value:.11e}").parse().unwrap_or(value)
 }
 
-/// A number in each of `samples` equal parts of [0, 1), in random order: one axis of a Latin hypercube (McKay, Beckman
-/// and Conover 1979).
+/// A random number in each of `samples` equal parts of [0, 1), in random order: one axis of a Latin hypercube (McKay, Beckman and Conover
+/// 1979).
 fn strata(samples: u32, place: usize, seed: u32) -> Vec<f64> {
     let mut random = Pcg64::new(u128::from(seed), place as u128);
     let mut parts: Vec<u32> = (0..samples).collect();
@@ -136,7 +136,7 @@ fn strata(samples: u32, place: usize, seed: u32) -> Vec<f64> {
     parts.into_iter().map(within).collect()
 }
 
-/// The items of a list, separated by commas outside brackets.
+/// Items of a list, separated by commas outside brackets.
 fn items(text: &str) -> Vec<&str> {
     let mut depth = 0;
     let is_between = |c: char| {
@@ -149,19 +149,19 @@ fn items(text: &str) -> Vec<&str> {
 /// All cases.
 #[derive(Clone, Debug)]
 pub struct Space {
-    /// What is varied, the slowest first.
+    /// The varied parameters, the slowest first.
     pub axes: Vec<Axis>,
-    /// Of a Latin hypercube; 1 without.
+    /// Number of samples of a Latin hypercube; 1 without one.
     samples: u64,
-    /// From the scenario's on.
+    /// Number of seeds, starting at the scenario's seed.
     pub seeds: u32,
 }
 
 impl Space {
-    /// The cases of these `--vary`.
+    /// Creates the cases of these `--vary`.
     ///
     /// # Errors
-    /// One that is not of its form, or a value that the parameter's declaration refuses.
+    /// If the form is wrong, or the parameter's declaration refuses a value.
     pub fn new(vary: &[String], samples: u32, seeds: u32, seed: u32) -> Result<Self> {
         let axis = |(place, text): (usize, &String)| {
             Axis::read(text, place, samples, seed).during(|| setting("vary", text).to_string())
@@ -171,7 +171,7 @@ impl Space {
         let is_sampled = axes.iter().any(|axis| axis.is_sampled);
         if samples > 0 && !is_sampled {
             refuse!(
-                "{}: there is no {} to draw from",
+                "{} needs a range: there is no {} to sample from",
                 option("samples"),
                 setting("vary", "NODE.PARAMETER=FROM..TO")
             );
@@ -181,7 +181,7 @@ impl Space {
                 .iter()
                 .any(|other| other.parameter == axis.parameter)
             {
-                refuse!("{}: {} is there twice", option("vary"), axis.parameter);
+                refuse!("{}: {} occurs twice", option("vary"), axis.parameter);
             }
         }
         let space = Self {
@@ -197,17 +197,17 @@ impl Space {
             .filter(|all| *all <= MOST_CASES);
         match all {
             Some(_) => Ok(space),
-            None => refuse!("more than {MOST_CASES} cases"),
+            None => refuse!("refused: more than {MOST_CASES} cases"),
         }
     }
 
-    /// Combinations of values.
+    /// Number of combinations of values.
     pub fn combinations(&self) -> u64 {
         let sizes = self.axes.iter().filter(|axis| !axis.is_sampled);
         sizes.fold(self.samples, |all, axis| all * axis.values.len() as u64)
     }
 
-    /// The place of each axis' value in a combination.
+    /// Index of each axis' value in a combination.
     pub fn places(&self, combination: u64) -> Vec<usize> {
         let sample = (combination % self.samples) as usize;
         let mut rest = combination / self.samples;
@@ -222,7 +222,7 @@ impl Space {
         places
     }
 
-    /// The values of a combination, in the order of the axes.
+    /// Values of a combination, in the order of the axes.
     pub fn values(&self, combination: u64) -> impl Iterator<Item = (&Axis, &Value)> {
         let places = self.places(combination).into_iter();
         let axes = self.axes.iter().zip(places);
@@ -232,7 +232,7 @@ impl Space {
     /// The scenario of a combination, with the scenario's own seed.
     ///
     /// # Errors
-    /// A value that the parameter's declaration refuses.
+    /// If a parameter's declaration refuses a value.
     pub fn scenario(&self, base: &Scenario, combination: u64) -> Result<Scenario> {
         let mut scenario = base.clone();
         for (axis, value) in self.values(combination) {
@@ -313,7 +313,7 @@ mod tests {
     fn what_is_refused_is_refused_by_name() {
         for (vary, samples, part) in [
             ("plant_sim.sped=1,2", 0, "did you mean"),
-            ("rudder.depth.p=1,2", 0, "no node 'rudder'"),
+            ("rudder.depth.p=1,2", 0, "unknown node 'rudder'"),
             ("depth_controller.depth.p", 0, "NODE.PARAMETER=VALUE"),
             ("depth_controller.depth.p=1:2", 0, "number"),
             ("depth_controller.depth.p=2:1:0.1", 0, "FROM:TO:STEP"),

@@ -77,7 +77,7 @@ fn a_motion_that_cannot_be_solved_or_is_not_finite_is_an_error_with_time_and_fie
     }
     #[track_caller]
     fn names(end: &Error, path: &str) {
-        let by = format!("the search for the events of its motion does not end, by {path}");
+        let by = format!("the search for the events of its motion does not end, because of {path}");
         assert!(end.to_string().ends_with(&by), "{end}");
     }
     names(&metering(|set| set.load.viscous = 1e20), "load.viscous");
@@ -446,7 +446,7 @@ fn faults_that_cannot_be_are_refused_as_a_set() {
                 ("fault.group", Value::from("rudder")),
                 ("fault.encoder", Value::from("lost")),
             ],
-            "in fault.group 'rudder' there is no",
+            "fault.group 'rudder' has no",
         ),
         (
             vec![("fault.stuck_valve", Value::from("both"))],

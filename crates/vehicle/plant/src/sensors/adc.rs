@@ -1,25 +1,25 @@
 //! The analog-to-digital converter.
 //!
-//! Brunner 1988 digitised four channels at 20 Hz (pp. 90, 97) but states neither the board's
-//! resolution nor its range; 12 bits over plus-minus 10 V, common then, is assumed.
+//! Brunner 1988 digitized four channels at 20 Hz (pp. 90, 97) but gives neither resolution nor range of the board. 12 bits over plus-minus
+//! 10 V, common then, are assumed.
 
-/// A converter: codes in two's complement, the same for each channel.
+/// A converter with two's complement codes, the same for each channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Adc {
-    /// Bits per sample; 0 neither rounds nor limits.
+    /// Bits per sample; 0: neither rounding nor limits.
     pub bits: u32,
     /// Full scale to either side \[V\].
     pub range: f64,
 }
 
-/// Not there: volts pass as they are.
+/// No converter: voltages pass unchanged.
 pub(crate) const NONE: Adc = Adc {
     bits: 0,
     range: f64::INFINITY,
 };
 
 impl Adc {
-    /// One code's worth \[V\].
+    /// Voltage of one code step \[V\].
     #[must_use]
     pub(crate) fn resolution(&self) -> f64 {
         if self.bits == 0 {
@@ -29,7 +29,7 @@ impl Adc {
         }
     }
 
-    /// The volts that the code stands for.
+    /// The voltage of the sampled code \[V\].
     #[must_use]
     pub(crate) fn sampled(&self, volts: f64) -> f64 {
         if self.bits == 0 {
@@ -40,13 +40,13 @@ impl Adc {
         (volts / resolution).round().clamp(-top, top - 1.0) * resolution
     }
 
-    /// The lowest and the highest sample \[V\].
+    /// Lowest and highest sample \[V\].
     #[must_use]
     pub(crate) fn ends(&self) -> [f64; 2] {
         [-self.range, self.range - self.resolution()]
     }
 
-    /// Whether a sample is at an end of the range.
+    /// Whether a sample is at a limit of the range.
     #[must_use]
     pub(crate) fn saturated(&self, sample: f64) -> bool {
         self.bits != 0 && !(-self.range < sample && sample < self.range - self.resolution())

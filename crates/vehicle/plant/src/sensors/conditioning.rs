@@ -1,37 +1,35 @@
 //! The analog computer's filters against the drift of the gyro's zero.
 //!
-//! Source: Brunner 1988, p. 69 (filters) and p. 90 (comparator). Neither has printed constants.
+//! Source: Brunner 1988, p. 69 (filters) and p. 90 (comparator). The report gives constants for neither.
 //!
-//! - **High-pass.** A summer whose output comes back to it through a pot `k`, an integrator and
-//!   an inverter: `H = s/(s + k)`; two in series for the second order one, `H = s^2/(s + k)^2`.
-//!   Judged of limited value, as the zero is not constant.
-//! - **Dead band.** One relay comparator switching at 0 V, in front of the integrator to pitch. The
-//!   gyro's zero is set off so that it stays positive; then only the negative output of a dive
-//!   passes. It is deaf to bow-up motion and to dives slower than the zero.
+//! - **High-pass.** A summer with feedback through a pot `k`, an integrator and an inverter: `H = s/(s + k)`. Two in series give the
+//!   second-order filter `H = s^2/(s + k)^2`. The report found it of limited value, since the zero is not constant.
+//! - **Dead band.** One relay comparator that switches at 0 V, in front of the integrator to pitch. The gyro's zero is offset so that it
+//!   stays positive; only the negative output of a dive passes. It ignores bow-up motion, and dives slower than the offset.
 //!
-//! The digitised pitch rate was the unconditioned one (Fig. 44); conditioning is offered for
-//! comparison. The filters are exact for an input held between samples (zero-order hold).
+//! The digitized pitch rate was unconditioned (Fig. 44); conditioning is available for comparison. The filters are exact for an input held
+//! between samples (zero-order hold).
 
-/// How the pitch-rate channel is conditioned.
+/// Conditioning of the pitch-rate channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) enum Conditioning {
-    /// Not at all, as digitised in the report.
+    /// None, as digitized in the report.
     #[default]
     None,
     /// `s/(s + k)`, `k` in rad/s.
     HighPass(f64),
     /// `s^2/(s + k)^2`.
     HighPassTwice(f64),
-    /// The zero is raised by so many volts, and only what is negative passes.
+    /// Adds an offset in volts to the zero; only negative values pass.
     DeadBand(f64),
 }
 
-/// The state of the two integrators \[V\].
+/// State of the two integrators \[V\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Memory([f64; 2]);
 
 impl Conditioning {
-    /// The output \[V\] now, for an input \[V\] held over the coming `dt` \[s\]; `memory` moves on.
+    /// Returns the output \[V\] for an input \[V\] held over the coming `dt` \[s\], and advances `memory`.
     ///
     /// With `e = exp(-k dt)` and the integrators `x1' = k (u - x1)`, `x2' = k (u - x1 - x2)`:
     ///

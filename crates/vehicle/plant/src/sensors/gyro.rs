@@ -4,29 +4,27 @@
 //! volts = offset + S (1 + 5.6 e) rate + bias + drift + noise n
 //! ```
 //!
-//! with the calibration's offset \[V\] and sensitivity `S` \[V s/rad\], each with a value per
-//! direction of turning, the relative error `e` of the reference voltage, the zero's `bias` and
-//! `drift` \[V\] and `n` normal with mean 0 and variance 1.
+//! with the calibration's offset \[V\] and sensitivity `S` \[V s/rad\], both different for each direction of turning. `e` is the relative
+//! error of the reference voltage, `bias` and `drift` \[V\] are the zero's, and `n` is normal with mean 0 and variance 1.
 //!
-//! Source: Brunner 1988, ch. IV.B (pp. 70-75) and p. 90. Two calibrations are given. The
-//! preliminary one, on a milling machine's handwheel and with an amplifier (the mixer) that was
-//! taken out later, is printed for both directions and two reference voltages (Figs. 29-34). The
-//! final one, from the strip chart of the swing test, gives pitch and roll alone (p. 75); yaw was
-//! not calibrated again. So the final calibration takes for yaw the mean of the preliminary one's sides.
+//! Source: Brunner 1988, ch. IV.B (pp. 70-75) and p. 90. The report gives two calibrations. The preliminary calibration was made on a
+//! milling machine's handwheel, with an amplifier (the mixer) that was removed later. It is printed for both directions and two reference
+//! voltages (Figs. 29-34). The final calibration, from the strip chart of the swing test, gives only pitch and roll (p. 75). The final
+//! calibration has no yaw; it uses the mean of the preliminary calibration's two directions.
 //!
-//! The zero wanders "in a range of about 25 millivolts" (p. 90) and is "relatively constant" over
-//! one run (ch. V). Here it is a random walk reflected at the range's ends,
+//! The zero drifts "in a range of about 25 millivolts" (p. 90) and is "relatively constant" over one run (ch. V). Here it is a random walk
+//! reflected at the limits of the range,
 //!
 //! ```text
 //! drift' = reflected(drift + r sqrt(dt) n)      |drift| <= range
 //! ```
 //!
-//! whose rate `r`, not given, is 1 mV per root second by default: 5 mV over a run, the whole range
-//! in ten minutes. White noise is not given either; 5 mV is assumed.
+//! whose rate `r`, not given in the report, defaults to 1 mV per root second: 5 mV over a run, the whole range in ten minutes. White noise
+//! is not given either; 5 mV is assumed.
 
 use std::f64::consts::PI;
 
-/// One direction's straight line, as the figures print it: millivolts over RPM.
+/// Straight line for one direction, as in the figures: millivolts over RPM.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
     /// \[mV\]
@@ -36,7 +34,7 @@ pub struct Line {
 }
 
 impl Line {
-    /// A line through the origin of so many mV per deg/s.
+    /// A line through the origin with a slope in mV per deg/s.
     const fn through_zero(millivolts: f64) -> Self {
         Self {
             offset: 0.0,
@@ -44,23 +42,23 @@ impl Line {
         }
     }
 
-    /// The sensitivity \[mV per deg/s\].
+    /// Sensitivity \[mV per deg/s\].
     #[must_use]
     pub fn sensitivity(&self) -> f64 {
         self.slope / DEGREES_PER_SECOND_IN_RPM
     }
 }
 
-/// A turn per minute is 6 deg/s.
+/// 1 rpm in deg/s.
 const DEGREES_PER_SECOND_IN_RPM: f64 = 6.0;
 
-/// Volts per rad/s in a millivolt per deg/s.
+/// Conversion from mV per deg/s to V per rad/s.
 pub const SI_PER_MILLIVOLT_PER_DEGREE: f64 = 1e-3 * 180.0 / PI;
 
-/// How one gyro's output depends on the direction and the rate of turning.
+/// Output of one gyro as a function of direction and rate of turning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {
-    /// Clockwise; taken as the positive rate about the body's axis, which the report leaves open.
+    /// Clockwise, assumed to be the positive rate about the body's axis; the report does not say.
     pub clockwise: Line,
     /// Counterclockwise, magnitudes.
     pub counterclockwise: Line,
@@ -74,8 +72,8 @@ impl Calibration {
         }
     }
 
-    /// The mean sensitivity of the two directions, to either side and through zero: what a reader of the
-    /// volts knows, and a gyro without its unequal sides.
+    /// Calibration with the mean sensitivity of both directions and no offset: the one a reader of the voltages uses, and the one of a gyro
+    /// with equal directions.
     #[must_use]
     pub const fn equal_sides(&self) -> Self {
         Self::both(Line {
@@ -97,15 +95,15 @@ impl Calibration {
         }
     }
 
-    /// The mean sensitivity of the two directions \[V s/rad\]: what a reader of the volts knows.
+    /// Mean sensitivity of both directions \[V s/rad\], which a reader of the voltages uses.
     #[must_use]
     pub fn sensitivity(&self) -> f64 {
         self.equal_sides().clockwise.sensitivity() * SI_PER_MILLIVOLT_PER_DEGREE
     }
 
-    /// The output \[V\] at a rate \[rad/s\], the sensitivity multiplied by `scale`.
+    /// Output \[V\] at a rate \[rad/s\], with the sensitivity multiplied by `scale`.
     ///
-    /// The lines' offsets are intercepts of fits to a turning gyro; at rest there is none.
+    /// The lines' offsets are intercepts of fits to a turning gyro; at rest the offset is 0.
     #[must_use]
     pub fn volts(&self, rate: f64, scale: f64) -> f64 {
         let line = if rate > 0.0 {
@@ -120,7 +118,7 @@ impl Calibration {
     }
 }
 
-/// Roll, pitch and yaw gyro's calibrations.
+/// Calibrations of the roll, pitch and yaw gyro.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibrations {
     /// About the body's x axis.
@@ -132,7 +130,7 @@ pub struct Calibrations {
 }
 
 impl Calibrations {
-    /// All three with equal sides.
+    /// All three with equal directions.
     #[must_use]
     pub const fn equal_sides(&self) -> Self {
         Self {
@@ -162,17 +160,16 @@ pub const PRELIMINARY_LOW: Calibrations = Calibrations {
     roll: Calibration::measured((-7.102, 41.954), (5.456, 35.757)),
 };
 
-/// From the swing test, as finally used: 12.5 mV per deg/s in pitch and 18.6 in roll (p. 75).
-/// Yaw was not calibrated again: its sensitivity here is the mean of the preliminary one's two sides,
-/// which a swing to both sides would have given had the mixer stayed in.
+/// From the swing test, as finally used: 12.5 mV per deg/s in pitch and 18.6 in roll (p. 75). Yaw was not calibrated again: its sensitivity
+/// is the mean of the preliminary calibration's two directions, as a swing to both sides would have given with the mixer still present.
 pub const SWING: Calibrations = Calibrations {
     pitch: Calibration::both(Line::through_zero(12.5)),
     roll: Calibration::both(Line::through_zero(18.6)),
     yaw: PRELIMINARY.yaw.equal_sides(),
 };
 
-/// Relative change of the pitch gyro's sensitivity per relative change of the reference voltage,
-/// from the two preliminary calibrations' mean slopes: 5.6.
+/// Relative change of the pitch gyro's sensitivity per relative change of the reference voltage: 5.6, from the mean slopes of the two
+/// preliminary calibrations.
 #[must_use]
 pub fn reference_sensitivity() -> f64 {
     let high = PRELIMINARY.pitch.sensitivity();
@@ -180,24 +177,24 @@ pub fn reference_sensitivity() -> f64 {
     (high / low - 1.0) / (REFERENCE / LOW_REFERENCE - 1.0)
 }
 
-/// A zero that wanders.
+/// Drift of a gyro's zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Drift {
-    /// The limit to either side \[V\]; 0 is none.
+    /// Limit to either side \[V\]; 0: no drift.
     pub range: f64,
-    /// Standard deviation after a second \[V\]; it grows with the root of the time.
+    /// Standard deviation after 1 s \[V\]; it grows with the square root of time.
     pub rate: f64,
 }
 
 impl Drift {
-    /// The drift \[V\] after another `dt` \[s\], with a normal number.
+    /// The drift \[V\] after another `dt` \[s\], from a normal random number.
     #[must_use]
     pub fn step(&self, drift: f64, dt: f64, normal: f64) -> f64 {
         reflected(drift + self.rate * dt.sqrt() * normal, self.range)
     }
 }
 
-/// A number folded back into `[-range, range]`, as by mirrors at both ends.
+/// Reflects a number into `[-range, range]`, as mirrors at both ends would.
 fn reflected(x: f64, range: f64) -> f64 {
     if range <= 0.0 {
         return 0.0;
@@ -206,21 +203,21 @@ fn reflected(x: f64, range: f64) -> f64 {
     from_end.min(4.0 * range - from_end) - range
 }
 
-/// The imperfections of a gyro.
+/// Errors of a gyro.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Errors {
     /// Relative error of the reference voltage.
     pub reference: f64,
     /// Constant zero \[V\].
     pub bias: f64,
-    /// The zero's wandering.
+    /// Drift of the zero.
     pub drift: Drift,
     /// Standard deviation of the white noise \[V\].
     pub noise: f64,
 }
 
 impl Errors {
-    /// A gyro's output \[V\] at a rate \[rad/s\], with its drift \[V\] and a normal number.
+    /// Output of a gyro \[V\] at a rate \[rad/s\], with its drift \[V\] and a normal random number.
     #[must_use]
     pub fn volts(&self, calibration: &Calibration, rate: f64, drift: f64, normal: f64) -> f64 {
         let scale = 1.0 + reference_sensitivity() * self.reference;

@@ -1,29 +1,27 @@
-//! The readings of the vehicle's instruments, in volts on the wires and in SI units from drivers.
+//! Readings of the vehicle's instruments, as voltages on the wires and in SI units from drivers.
 //!
 //! ```text
 //! truth -> gyro, cell, plane signal -> volts -+-> conditioning -> ADC -> daq
 //!                                             +-> calibration ---------> imu, depth_pressure, speed_pressure
 //! ```
 //!
-//! One instrument, one error: `imu`'s angular velocity and the two pressures are the same volts as
-//! the `daq` channels, bias, drift, noise, supply, port and saturation included, divided by the
-//! calibration that their reader knows. Only the conditioning and the converter are `daq`'s own.
-//! The accelerometers have no volts; the report's vehicle had none.
+//! Each instrument has one set of errors. `imu`'s angular velocity and the two pressures come from the same voltages as the `daq` channels,
+//! including bias, drift, noise, supply, port and saturation, divided by the reader's calibration. Only conditioning and converter belong
+//! to `daq` alone. The accelerometers have no voltages; the report's vehicle had none.
 //!
-//! - `gyro`: rate gyros, their calibrations and their wandering zero.
+//! - `gyro`: rate gyros, their calibrations and the drift of their zero.
 //! - `pressure_cell`: the depth cell and the speed cell.
-//! - `plane_signal`: the dive-plane signal.
+//! - `plane_signal`: the signal of the dive planes.
 //! - `conditioning`: high-pass filters and the relay comparator.
 //! - `adc`: the converter.
-//! - [`navigation`]: Doppler log, magnetometer, satellites, ultra-short baseline, attitude reference: off by default.
-//! - `noise`: a stream of random numbers per source of error.
+//! - [`navigation`]: Doppler log, magnetometer, satellite receiver, ultra-short baseline, attitude reference: off by default.
+//! - `noise`: one stream of random numbers per source of error.
 //!
-//! The dive-plane channel was the *command* from the radio control box, calibrated in degrees of
-//! plane. A vehicle knows no command, only where its planes are; so here the channel shows the
-//! angle acting at the stamp, as a potentiometer on the plane's shaft would, through the command's
-//! calibration. It lags the command by what the actuator does.
+//! In the report the dive-plane channel was the *command* from the radio control box, calibrated in degrees of plane. The simulated vehicle
+//! has no command signal. The channel therefore shows the plane angle at the stamp, like a potentiometer on the plane's shaft, through the
+//! command's calibration. It lags the command by the actuator's delay.
 //!
-//! Brunner 1988 (ch. III.F-G, IV) gives calibrations, ranges and the drift's extent, and no noise.
+//! Brunner 1988 (ch. III.F-G, IV) gives calibrations, ranges and the size of the drift, but no noise.
 
 pub(crate) mod adc;
 pub(crate) mod conditioning;
@@ -45,7 +43,7 @@ use pressure_cell::{DepthPort, PressureCell};
 
 use crate::odometry::Odometry;
 
-/// A channel's imperfections, in the unit of what it measures.
+/// Errors of a channel, in the unit of its measurement.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Channel {
     /// Added to every reading.
@@ -57,32 +55,32 @@ pub(crate) struct Channel {
 /// The instruments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sensors {
-    /// The gyros' calibrations.
+    /// Calibrations of the gyros.
     pub gyros: Calibrations,
-    /// Each gyro's errors.
+    /// Errors of each gyro.
     pub gyro_errors: gyro::Errors,
     /// Each accelerometer \[m/s^2\].
     pub accelerometer: Channel,
     /// The depth cell.
     pub depth: PressureCell,
-    /// Where it is connected.
+    /// Port of the depth cell.
     pub depth_port: DepthPort,
     /// The speed cell.
     pub speed: PressureCell,
-    /// Distance between its ports \[m\], bridged by dry lines; 0 for lines full of water.
+    /// Distance between its ports \[m\], with dry lines between them; 0 for lines filled with water.
     pub dry_lines: f64,
-    /// The dive-plane signal.
+    /// Signal of the dive planes.
     pub dive_planes: PlaneSignal,
-    /// Of the pitch-rate channel.
+    /// Conditioning of the pitch-rate channel.
     pub conditioning: Conditioning,
-    /// Of all `daq` channels.
+    /// Converter of all `daq` channels.
     pub adc: Adc,
-    /// Those that a vehicle finds its way by.
+    /// Navigation instruments.
     pub navigation: Navigation,
 }
 
 impl Default for Sensors {
-    /// The report's calibrations without any error: drivers read the truth.
+    /// The report's calibrations without errors: drivers read the true values.
     fn default() -> Self {
         Self {
             gyros: gyro::SWING,
@@ -100,30 +98,30 @@ impl Default for Sensors {
     }
 }
 
-/// The true quantities that are measured.
+/// True values of the measured quantities.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Truth {
     /// Roll, pitch and yaw rate \[rad/s\] about the body's axes forward, right, down.
     pub rates: [f64; 3],
     /// Specific force \[m/s^2\], forward, left, up: acceleration less gravity.
     pub specific_force: [f64; 3],
-    /// Bow up \[rad\].
+    /// Pitch, bow up \[rad\].
     pub pitch: f64,
-    /// Of the centre of gravity \[m\].
+    /// Depth of the centre of gravity \[m\].
     pub depth: f64,
     /// Forward speed through the water \[m/s\].
     pub speed: f64,
-    /// The dive planes' angle \[rad\].
+    /// Angle of the dive planes \[rad\].
     pub planes: f64,
-    /// Since the start or a reset \[ns\].
+    /// Time since the start or a reset \[ns\].
     pub time: i64,
     /// Position, attitude and velocities in ROS frames.
     pub odometry: Odometry,
-    /// Depth of the bottom \[m\], where there is one.
+    /// Depth of the bottom \[m\]; `None` without a bottom.
     pub bottom: Option<f64>,
 }
 
-/// The instruments' state from tick to tick.
+/// State of the instruments from tick to tick.
 #[derive(Clone, Debug)]
 pub(crate) struct Memory {
     gyro_noise: [Stream; 3],
@@ -132,14 +130,14 @@ pub(crate) struct Memory {
     depth: Stream,
     speed: Stream,
     planes: Stream,
-    /// The gyros' zeros now \[V\].
+    /// Present drift of the gyros \[V\].
     drift: [f64; 3],
     filter: conditioning::Memory,
     navigation: navigation::Memory,
 }
 
 impl Memory {
-    /// Before the first tick, under a seed.
+    /// Returns the state before the first tick for a seed.
     #[must_use]
     pub(crate) fn new(seed: u64) -> Self {
         let axes = |source: fn(u8) -> Source| [0, 1, 2].map(|axis| Stream::new(seed, source(axis)));
@@ -157,42 +155,42 @@ impl Memory {
     }
 }
 
-/// The four digitised channels \[V\] (p. 90), or a flag for each.
+/// The four digitized channels \[V\] (p. 90), or a flag for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Channels<T> {
-    /// The pitch-rate gyro, conditioned.
+    /// Pitch-rate gyro, conditioned.
     pub pitch_rate: T,
     /// The depth cell.
     pub depth: T,
-    /// The dive-plane signal.
+    /// Signal of the dive planes.
     pub dive_planes: T,
     /// The speed cell.
     pub speed: T,
 }
 
-/// One tick's readings. Vectors are in the body frame forward, left, up (REP 103).
+/// Readings of one tick. Vectors are in the body frame forward, left, up (REP 103).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Readings {
     /// \[rad/s\]
     pub angular_velocity: [f64; 3],
-    /// Specific force \[m/s^2\]. At rest and level it is `g` upwards.
+    /// Specific force \[m/s^2\]. At rest and level the specific force is `g` upwards.
     pub specific_force: [f64; 3],
     /// Absolute pressure at the depth port \[Pa\].
     pub depth_pressure: f64,
-    /// Stagnation less static pressure \[Pa\].
+    /// Stagnation pressure less static pressure \[Pa\].
     pub speed_pressure: f64,
-    /// The converter's output \[V\].
+    /// Output of the converter \[V\].
     pub volts: Channels<f64>,
-    /// Which channel is at an end of its instrument's or the converter's range.
+    /// Whether each channel is at a limit of its instrument or of the converter.
     pub saturated: Channels<bool>,
-    /// Of the instruments that a vehicle finds its way by.
+    /// Readings of the navigation instruments.
     pub navigation: navigation::Readings,
 }
 
 impl Sensors {
-    /// The readings now; `memory` moves on by a tick of `dt` \[s\].
+    /// Returns the present readings, and advances `memory` by a tick of `dt` \[s\].
     ///
-    /// Every stream gives a number in every tick, whether or not it is used; of `navigation`, in every measurement.
+    /// Every stream draws a number in every tick, even if it is not used; those of `navigation` in every measurement.
     pub(crate) fn read(
         &self,
         truth: &Truth,
@@ -246,7 +244,7 @@ impl Sensors {
         }
     }
 
-    /// Standard deviation of each angular velocity's noise \[rad/s\], forward, left, up.
+    /// Standard deviation of the noise of each angular velocity \[rad/s\], forward, left, up.
     #[must_use]
     pub(crate) fn rate_noise(&self) -> [f64; 3] {
         [&self.gyros.roll, &self.gyros.pitch, &self.gyros.yaw]
@@ -265,8 +263,8 @@ impl Sensors {
         })
     }
 
-    /// Against the dry inside of the vehicle, which is at the atmosphere's pressure \[Pa\].
-    /// For each channel in `saturated`, flags of [`DaqSample`], the range that it measures in.
+    /// Relative to the dry interior of the vehicle, which is at atmospheric pressure \[Pa\]. For each channel in `saturated`, flags of
+    /// [`DaqSample`], its measuring range.
     pub(crate) fn limits(&self, saturated: u8, environment: &Environment) -> Vec<String> {
         let [low, high] = self.adc.ends();
         let ends = |cell: &PressureCell| {
@@ -308,7 +306,7 @@ impl Sensors {
             - environment.atmospheric_pressure
     }
 
-    /// Nose less side ports \[Pa\].
+    /// Pressure at the nose less pressure at the side ports \[Pa\].
     fn speed_differential(&self, truth: &Truth, environment: &Environment) -> f64 {
         let specific_weight = environment.density * environment.gravity;
         environment.dynamic_pressure(truth.speed)
@@ -327,8 +325,8 @@ impl<T: Copy> Channels<T> {
     }
 }
 
-/// The specific force at the origin of a vehicle of six degrees, forward, left, up \[m/s^2\]: `v' + w x v - R^T g`, with `v'` the change of its velocity in
-/// the body's axes.
+/// Specific force at the origin of a vehicle with six degrees of freedom, forward, left, up \[m/s^2\]: `v' + w x v - R^T g`, where `v'` is
+/// the derivative of its velocity in body axes.
 pub(crate) fn specific_force_of(
     state: &six_dof::State,
     [u_dot, v_dot, w_dot]: [f64; 3],
@@ -344,16 +342,15 @@ pub(crate) fn specific_force_of(
     ]
 }
 
-/// The specific force at the body's origin, forward, left, up \[m/s^2\]: the acceleration under
-/// everything that acts, less gravity. In body axes forward, right, down, without sideslip:
+/// Specific force at the body's origin, forward, left, up \[m/s^2\]: the acceleration due to all forces, less gravity. In body axes
+/// forward, right, down, without sideslip:
 ///
 /// ```text
 /// f_x = U' + q w       + g sin(theta)
 /// f_y = r U - p w      - g cos(theta) sin(phi)
 /// f_z = w' - q U       - g cos(theta) cos(phi)
 /// ```
-/// Surface or bottom, while they hold the body at its depth, take its vertical acceleration away; the
-/// blow when they are reached is not felt.
+/// At the surface or the bottom the vertical acceleration is removed; the impact at first contact is not included.
 #[must_use]
 pub fn specific_force(body: &Body, acceleration: &Acceleration, g: f64) -> [f64; 3] {
     let down = [0.0, 0.0, g - acceleration.boundary];

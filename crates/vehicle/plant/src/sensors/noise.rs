@@ -1,7 +1,6 @@
-//! Random numbers, a stream of its own for each source of error.
+//! Random numbers, with a separate stream for each source of error.
 //!
-//! Each stream's numbers depend on the seed, on the source and on how many have been drawn, and
-//! on nothing else: a source that is switched off changes no other.
+//! The numbers of a stream depend only on the seed, the source and the number of draws: switching off one source does not change another.
 
 use planesman_vehicle::standard_normal;
 use rand_pcg::{
@@ -9,12 +8,12 @@ use rand_pcg::{
     rand_core::{Rng, SeedableRng},
 };
 
-/// The sources of random errors.
+/// Sources of random errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Source {
     /// White noise of the rate gyro about an axis, 0 to 2: roll, pitch, yaw.
     GyroNoise(u8),
-    /// The drift of that gyro's zero.
+    /// Drift of that gyro's zero.
     GyroDrift(u8),
     /// White noise of the accelerometer along an axis, 0 to 2: forward, left, up.
     Accelerometer(u8),
@@ -22,7 +21,7 @@ pub(crate) enum Source {
     Depth,
     /// White noise of the speed cell.
     Speed,
-    /// White noise of the plane signal.
+    /// White noise of the dive-plane signal.
     Planes,
     /// White noise of the Doppler log along a beam, 0 to 3.
     DvlBeam(u8),
@@ -36,16 +35,16 @@ pub(crate) enum Source {
     Gps(u8),
     /// White noise of the ultra-short baseline along an axis, 0 to 2.
     Usbl(u8),
-    /// Its outliers' errors along an axis.
+    /// Error of an outlier of the ultra-short baseline along an axis.
     UsblOutlier(u8),
-    /// Which of its measurements are lost or outliers.
+    /// Lost measurements and outliers of the ultra-short baseline.
     UsblEvents,
     /// White noise of the attitude reference about east, north, up.
     Attitude(u8),
 }
 
 impl Source {
-    /// The stream's number; a source keeps it for good, so that a seed keeps its meaning.
+    /// Number of the stream; it is permanent for each source, so a seed always gives the same numbers.
     fn number(self) -> u64 {
         match self {
             Self::GyroNoise(axis) => u64::from(axis),
@@ -67,13 +66,12 @@ impl Source {
     }
 }
 
-/// Normal numbers with mean 0 and variance 1: PCG XSL RR 128/64 (O'Neill 2014), the same on every
-/// machine.
+/// Normal random numbers with mean 0 and variance 1: PCG XSL RR 128/64 (O'Neill 2014), identical on every machine.
 #[derive(Clone, Debug)]
 pub(crate) struct Stream(Pcg64);
 
 impl Stream {
-    /// A source's stream under a seed.
+    /// Returns the stream of a source for a seed.
     #[must_use]
     pub(crate) fn new(seed: u64, source: Source) -> Self {
         // Steps of 2^64 over the golden ratio keep neighbouring seeds' streams apart.
@@ -81,12 +79,12 @@ impl Stream {
         Self(Pcg64::seed_from_u64(seed.wrapping_add(step)))
     }
 
-    /// The next number.
+    /// Draws the next number.
     pub(crate) fn draw(&mut self) -> f64 {
         standard_normal(&mut self.0)
     }
 
-    /// Whether an event of this probability happens.
+    /// Draws whether an event of this probability happens.
     pub(crate) fn happens(&mut self, probability: f64) -> bool {
         // 53 bits, from 0 to below 1.
         let share = (self.0.next_u64() >> 11) as f64 * (0.5_f64).powi(53);

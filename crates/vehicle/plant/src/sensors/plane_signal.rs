@@ -1,35 +1,33 @@
-//! The plane command signals of the radio control box, brought down to be recorded.
+//! The plane command signals of the radio control box, scaled for recording.
 //!
 //! ```text
 //! volts = zero + slope * angle - compensation
 //! ```
 //!
-//! Source: Brunner 1988, ch. IV.G (pp. 84-87): 2.44 V + 0.010 V per degree of dive plane, 2.483 V +
-//! 0.004 V per degree of roll plane, about a transmitter reference of roughly 2.5 V. A pot takes
-//! the zero away in a summer so that neutral dive planes read 0.0 V (Fig. 43).
+//! Source: Brunner 1988, ch. IV.G (pp. 84-87): 2.44 V + 0.010 V per degree of dive plane, 2.483 V + 0.004 V per degree of roll plane, about
+//! a transmitter reference of roughly 2.5 V. A pot subtracts the zero in a summer so that neutral dive planes read 0.0 V (Fig. 43).
 //!
-//! On what that pot was set to the report contradicts itself. Fig. 42 and 43 want 2.44 V; p. 89
-//! says 2.19 V, which would leave 0.25 V, or 25 degrees, at neutral planes. The same pot fed the roll
-//! summer, and there the figures leave 0.061 V of 2.483 V, so it took away 2.422 V: the 2.19 V
-//! stand alone. 2.44 V is the default here; 2.19 V can be set.
+//! The report contradicts itself on the setting of that pot. Figs. 42 and 43 require 2.44 V; p. 89 says 2.19 V, which would leave 0.25 V,
+//! or 25 degrees, at neutral planes. The same pot fed the roll summer. The figures leave 0.061 V of 2.483 V there, so it subtracted 2.422
+//! V: only p. 89 supports 2.19 V. 2.44 V is the default; 2.19 V can be set.
 
-/// A command signal's calibration.
+/// Calibration of a command signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaneSignal {
-    /// At neutral planes \[V\].
+    /// Voltage at neutral planes \[V\].
     pub zero: f64,
-    /// \[V/deg\], dive positive.
+    /// Slope \[V/deg\], dive positive.
     pub slope: f64,
-    /// The offset that the pot subtracts \[V\].
+    /// Offset that the pot subtracts \[V\].
     pub compensation: f64,
     /// Standard deviation of the white noise \[V\].
     pub noise: f64,
 }
 
-/// The pot's voltage by p. 89.
+/// Voltage of the pot according to p. 89.
 pub const PRINTED_COMPENSATION: f64 = 2.19;
 
-/// The largest dive plane angle \[deg\] (p. 8).
+/// Largest dive plane angle \[deg\] (p. 8).
 pub const LARGEST_ANGLE: f64 = 30.0;
 
 /// The dive planes (Figs. 42, 43).
@@ -40,8 +38,8 @@ pub const DIVE: PlaneSignal = PlaneSignal {
     noise: 0.0,
 };
 
-/// The roll planes (Figs. 40, 41). No `daq` channel: this signal went to the strip chart alone, and the
-/// converter's four channels (p. 90) are pitch rate, depth, dive planes and speed.
+/// The roll planes (Figs. 40, 41). It is not a `daq` channel: this signal went only to the strip chart. The converter's four channels (p.
+/// 90) are pitch rate, depth, dive planes and speed.
 pub const ROLL: PlaneSignal = PlaneSignal {
     zero: 2.483,
     slope: 0.004,
@@ -50,7 +48,7 @@ pub const ROLL: PlaneSignal = PlaneSignal {
 };
 
 impl PlaneSignal {
-    /// The signal \[V\] at a plane angle \[rad\], with a normal number.
+    /// The signal \[V\] at a plane angle \[rad\], with a normal random number.
     #[must_use]
     pub fn volts(&self, angle: f64, normal: f64) -> f64 {
         self.zero + self.slope * angle.to_degrees() - self.compensation + self.noise * normal

@@ -1,4 +1,4 @@
-//! The two differential pressure cells: depth, and speed.
+//! The two differential pressure cells, for depth and for speed.
 //!
 //! ```text
 //! volts = limited(zero + S p + bias + noise n)      0 <= volts <= full scale
@@ -8,47 +8,45 @@
 //!
 //! Source: Brunner 1988, ch. III.G (pp. 64-65) and IV.C (pp. 75-79).
 //!
-//! - **Depth.** Set on the bench to 10 V at 39 in (Fig. 36), found in the tank to read
-//!   1.627 V + 0.257 V/in (Fig. 38): the same slope, the zero shifted by 6.33 in of water, which
-//!   brings saturation up from 38.9 in to 32.58 in of depth in a tank of 48 in.
-//!   First sensed at the bottom 17.5 in aft of the bow, where manoeuvring falsified it; then by
-//!   two ports at the sides 14.5 in aft, near the middle.
-//! - **Speed.** 12.453 V per inch of water (Fig. 35), 10 V at 0.8 in: that is 2.07 ft/s. It is
-//!   fed from the nose and from the side ports 14.5 in aft of it, through lines too thin to fill
-//!   with water. So the cell also feels the water column between the ports, and 3.17 degrees
-//!   bow down saturate it. The report ended up with a stopwatch.
+//! - **Depth.** On the bench it was set to 10 V at 39 in (Fig. 36). In the tank it read 1.627 V + 0.257 V/in (Fig. 38): the same slope,
+//!   with the zero shifted by 6.33 in of water. This lowers the depth of saturation from 38.9 in to 32.58 in, in a tank of 48 in. The first
+//!   port was at the bottom 17.5 in aft of the bow, where manoeuvres disturbed it; later there were two ports at the sides 14.5 in aft,
+//!   near the middle.
+//! - **Speed.** 12.453 V per inch of water (Fig. 35), 10 V at 0.8 in, which is 2.07 ft/s. It measures between the nose and the side ports
+//!   14.5 in aft of it, through lines too thin to fill with water. So the cell also measures the water column between the ports, and 3.17
+//!   degrees bow down saturate it. The report finally used a stopwatch.
 //!
-//! The report writes the ranges as 0 to 100 cm and 0 to 2 cm of water, and elsewhere with a sign
-//! that may be a plus-minus; the cells here do not go below 0 V.
+//! The report gives the ranges as 0 to 100 cm and 0 to 2 cm of water, and elsewhere with a sign that may be a plus-minus; the output of
+//! these cells does not go below 0 V.
 
 use planesman_units::{FOOT, INCH, POUND_FORCE};
 use planesman_vehicle::Port;
 
-/// The full scale of both cells \[V\].
+/// Full scale of both cells \[V\].
 pub const FULL_SCALE: f64 = 10.0;
 
 /// A pressure cell with its amplifier.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PressureCell {
-    /// The calibration's output without pressure \[V\].
+    /// Output of the calibration without pressure \[V\].
     pub zero: f64,
-    /// The sensitivity \[V/Pa\].
+    /// Sensitivity \[V/Pa\].
     pub slope: f64,
-    /// The largest output \[V\]; infinite for none, and then none below 0 either.
+    /// Largest output \[V\]; infinite: no limit, and none at 0 either.
     pub saturation: f64,
-    /// A zero error on top of the calibration \[V\].
+    /// Zero error in addition to the calibration \[V\].
     pub bias: f64,
     /// Standard deviation of the white noise \[V\].
     pub noise: f64,
 }
 
-/// Weight of water per volume \[N/m^3\] in the report's tank: 1.94 slug/ft^3 at 32.2 ft/s^2.
+/// Specific weight of the water in the report's tank \[N/m^3\]: 1.94 slug/ft^3 at 32.2 ft/s^2.
 pub const TANK_WATER: f64 = 999.835 * 9.81456;
 
-/// Weight of water per volume \[N/m^3\] in the manometer: the report's 62.4 lbf/ft^3 (p. 79).
+/// Specific weight of the water in the manometer \[N/m^3\]: the report's 62.4 lbf/ft^3 (p. 79).
 pub const MANOMETER_WATER: f64 = 62.4 * POUND_FORCE / (FOOT * FOOT * FOOT);
 
-/// The depth cell as calibrated in the tank (Fig. 38), without errors or limits.
+/// Depth cell as calibrated in the tank (Fig. 38), without errors or limits.
 pub const DEPTH: PressureCell = PressureCell {
     zero: 1.627,
     slope: 0.257 / (INCH * TANK_WATER),
@@ -57,7 +55,7 @@ pub const DEPTH: PressureCell = PressureCell {
     noise: 0.0,
 };
 
-/// The speed cell as calibrated on the bench (Fig. 35), without errors or limits.
+/// Speed cell as calibrated on the bench (Fig. 35), without errors or limits.
 pub const SPEED: PressureCell = PressureCell {
     zero: 0.0,
     slope: 12.453 / (INCH * MANOMETER_WATER),
@@ -67,7 +65,7 @@ pub const SPEED: PressureCell = PressureCell {
 };
 
 impl PressureCell {
-    /// The output \[V\] at a differential pressure \[Pa\], with a normal number.
+    /// Output \[V\] at a differential pressure \[Pa\], with a normal random number.
     #[must_use]
     pub fn volts(&self, pressure: f64, normal: f64) -> f64 {
         let volts = self.zero + self.slope * pressure + self.bias + self.noise * normal;
@@ -84,41 +82,40 @@ impl PressureCell {
         self.saturation.is_finite() && (volts <= 0.0 || volts >= self.saturation)
     }
 
-    /// The pressure \[Pa\] that an output \[V\] stands for by the calibration.
+    /// Pressure \[Pa\] for an output \[V\], by the calibration.
     #[must_use]
     pub fn pressure(&self, volts: f64) -> f64 {
         (volts - self.zero) / self.slope
     }
 
-    /// The noise's standard deviation as a pressure \[Pa\].
+    /// Standard deviation of the noise as a pressure \[Pa\].
     #[must_use]
     pub fn pressure_noise(&self) -> f64 {
         self.noise / self.slope
     }
 }
 
-/// Where the depth cell is connected.
+/// Port of the depth cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum DepthPort {
-    /// At the vehicle file's port: for the report's vehicle the two at the sides, 14.5 in aft.
+    /// Port of the vehicle file: for the report's vehicle the two at the sides, 14.5 in aft.
     #[default]
     Vehicle,
-    /// At the report's first port: bottom centreline, 17.5 in aft of the bow.
+    /// The report's first port: bottom centreline, 17.5 in aft of the bow.
     Bottom,
-    /// At the centre of gravity: no effect of pitch.
+    /// Centre of gravity: no effect of pitch.
     Centre,
 }
 
-/// Length of the report's vehicle overall and its depth \[in\] (p. 70); the centre of gravity is
-/// taken in the middle.
+/// Overall length and height of the report's vehicle \[in\] (p. 70); the centre of gravity is assumed in the middle.
 const HULL: (f64, f64) = (30.0, 3.5);
-/// The first depth port \[in aft of the bow\] (p. 64).
+/// Position of the first depth port \[in aft of the bow\] (p. 64).
 pub const BOTTOM_PORT: f64 = 17.5;
-/// The final ports \[in aft of the bow\] (p. 64).
+/// Position of the final ports \[in aft of the bow\] (p. 64).
 pub const SIDE_PORTS: f64 = 14.5;
 
 impl DepthPort {
-    /// The place, of a vehicle with this port of its own.
+    /// Position of the port; `vehicle` is the port of the vehicle file.
     #[must_use]
     pub fn place(self, vehicle: Port) -> Port {
         match self {
@@ -135,15 +132,14 @@ impl DepthPort {
     }
 }
 
-/// The depth \[m\] of a port, the centre of gravity at `depth` and the vehicle at a pitch \[rad\].
+/// Depth of a port \[m\], with the centre of gravity at `depth` and the vehicle at a pitch \[rad\].
 #[must_use]
 pub fn depth_of(port: &Port, depth: f64, pitch: f64) -> f64 {
     depth - port.forward * libm::sin(pitch) + port.below * libm::cos(pitch)
 }
 
-/// The pressure \[Pa\] of the water column that dry lines leave between the nose port and one
-/// `spacing` \[m\] aft of it, at a pitch \[rad\] in water of a weight per volume \[N/m^3\]: bow
-/// down, the nose is deeper.
+/// Pressure \[Pa\] of the water column along dry lines between the nose port and one `spacing` \[m\] aft of it, at a pitch \[rad\] in water
+/// of a specific weight \[N/m^3\]; with the bow down, the nose is deeper.
 #[must_use]
 pub fn dry_line_pressure(spacing: f64, pitch: f64, specific_weight: f64) -> f64 {
     -specific_weight * spacing * libm::sin(pitch)

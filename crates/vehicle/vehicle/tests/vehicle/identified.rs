@@ -146,7 +146,7 @@ fn what_no_vehicle_follows_is_refused_with_how_far_it_is_off() {
     let good = exact(&base, FOOT, Output::PitchRate);
     type Change = fn(&mut ModelFile);
     let refused: [(Change, &str); 9] = [
-        (|m| m.speed = None, "at what speed"),
+        (|m| m.speed = None, "the speed of the vehicle"),
         (|m| m.output = "state:depth".to_owned(), "state:depth"),
         (|m| m.input = "daq:dive_planes".to_owned(), "daq"),
         (|m| m.output = "imu:pitch_rate".to_owned(), "imu"),

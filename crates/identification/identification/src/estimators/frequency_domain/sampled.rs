@@ -1,4 +1,4 @@
-//! A transfer function in s as a difference equation on the records.
+//! Converts a transfer function in s to a difference equation on the records.
 
 use nalgebra::{DMatrix, DVector};
 use planesman_linear::DelayedLoop;
@@ -12,17 +12,17 @@ use crate::batch::Triangle;
 use crate::error::Result;
 use crate::structure::{Problem, Structure, monic};
 
-/// A simulation beyond this has no meaning.
+/// A simulation beyond this value has no meaning.
 const HUGE: f64 = 1e30;
 
-/// A transfer function as a difference equation on records, with the offset and the motion at the beginning that leave least.
+/// A transfer function as a difference equation on records, with the best offset and initial motion.
 pub(super) struct Simulated {
     structure: Structure,
     a: Vec<f64>,
     b: Vec<f64>,
-    /// Offsets, then motions, as the layout has them.
+    /// Offsets, then motions, in the order of the layout.
     rest: DVector<f64>,
-    /// A factor of their covariance for noise of variance 1; none where there is nothing to seek.
+    /// A factor of their covariance for noise of variance 1; empty if nothing is estimated.
     factor: DMatrix<f64>,
     pub(super) left: Vec<Vec<f64>>,
 }
@@ -180,7 +180,7 @@ pub(super) fn sampled(
     })
 }
 
-/// A factor of a covariance, whose least eigenvalues may be rounding.
+/// A factor of a covariance whose smallest eigenvalues may be rounding error.
 fn root_of(covariance: &DMatrix<f64>) -> DMatrix<f64> {
     let sizes = DVector::from_fn(covariance.nrows(), |i, _| {
         covariance[(i, i)].max(f64::MIN_POSITIVE).sqrt()

@@ -1,6 +1,6 @@
-//! The attitude and heading reference: the orientation between the body and east, north, up (REP 103, REP 145).
+//! The attitude and heading reference: orientation of the body relative to east, north, up (REP 103, REP 145).
 //!
-//! Its error is a small turn about the axes east, north and up. The heading is true, not magnetic.
+//! Its error is a small rotation about the axes east, north and up. The heading is true, not magnetic.
 
 use std::f64::consts::PI;
 
@@ -43,8 +43,8 @@ impl AttitudeReference {
         [self.noise, self.noise, self.heading_noise]
     }
 
-    /// The quaternion (x, y, z, w) from the body to east, north, up, of that to `odom`, whose x axis points to the azimuth
-    /// `heading` \[rad\].
+    /// The quaternion (x, y, z, w) from the body to east, north, up. The input is the quaternion to `odom`, whose x axis points to the
+    /// azimuth `heading` \[rad\].
     pub(super) fn read(
         &self,
         orientation: [f64; 4],
@@ -60,7 +60,7 @@ impl AttitudeReference {
     }
 }
 
-/// The quaternion (x, y, z, w) of a turn by a vector's length \[rad\] about it.
+/// The quaternion (x, y, z, w) of a rotation about a vector by its length \[rad\].
 fn turn(vector: [f64; 3]) -> [f64; 4] {
     let [x, y, z] = vector;
     let angle = libm::hypot(libm::hypot(x, y), z);
@@ -72,7 +72,7 @@ fn turn(vector: [f64; 3]) -> [f64; 4] {
     [share * x, share * y, share * z, cos]
 }
 
-/// The turn by `b`, then by `a`.
+/// The rotation by `b`, followed by `a`.
 fn product(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
     let ([ax, ay, az, aw], [bx, by, bz, bw]) = (a, b);
     [

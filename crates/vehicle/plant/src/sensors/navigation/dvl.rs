@@ -1,7 +1,7 @@
-//! The Doppler velocity log: four beams, from the bottom or from the water.
+//! The Doppler velocity log: four beams, reflected by the bottom or the water.
 //!
-//! Each beam measures the velocity along itself; the vehicle's is their least-squares solution. With the beams at an angle `J` from the
-//! downward axis, at azimuths of 45, 135, 225 and 315 degrees (a Janus configuration):
+//! Each beam measures the velocity along its own direction; the vehicle's velocity is their least-squares solution. With the beams at an
+//! angle `J` from the downward axis, at azimuths of 45, 135, 225 and 315 degrees (a Janus configuration):
 //!
 //! ```text
 //! m_i = b_i . v + n_i              b_i = (sin J cos a_i, sin J sin a_i, -cos J)
@@ -20,10 +20,10 @@ use crate::{
     sensors::noise::{Source, Stream},
 };
 
-/// `J` \[rad\], as of most such units.
+/// `J` \[rad\], typical of such units.
 pub(crate) const BEAM_ANGLE: f64 = FRAC_PI_6;
 
-/// Cosine and sine of each beam's azimuth, by `sqrt 2`.
+/// Cosine and sine of each beam's azimuth, times `sqrt 2`.
 const AZIMUTHS: [[f64; 2]; 4] = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]];
 
 /// A Doppler velocity log at the body's origin.
@@ -54,10 +54,10 @@ pub struct Dvl {
     pub dropout: f64,
 }
 
-/// What the beams are reflected by.
+/// Reflector of the beams.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Lock {
-    /// The velocity is over ground; the distance to the bottom \[m\] along the body's downward axis.
+    /// The velocity is over ground; `altitude` is the distance to the bottom \[m\] along the body's downward axis.
     Bottom { altitude: f64 },
     /// The velocity is through the water.
     Water,
@@ -91,7 +91,7 @@ impl Memory {
 }
 
 impl Dvl {
-    /// The measurement now, over a bottom at a depth \[m\]; `None` where it drops out.
+    /// Returns the present measurement over a bottom at a depth \[m\]; `None` for a dropout.
     pub(super) fn read(
         &self,
         odometry: &Odometry,
@@ -129,7 +129,7 @@ impl Dvl {
         })
     }
 
-    /// The distance to the bottom \[m\] along the body's downward axis, where all beams reach it.
+    /// Distance to the bottom \[m\] along the body's downward axis; `None` unless all beams reach it.
     fn altitude(&self, odometry: &Odometry, bottom: f64) -> Option<f64> {
         let above = bottom + odometry.position[2];
         let along = |axis: [f64; 3]| above / -odometry.to_odom(axis)[2];
@@ -140,7 +140,7 @@ impl Dvl {
     }
 }
 
-/// The beams' directions, forward, left, up.
+/// Directions of the beams, forward, left, up.
 fn beams() -> [[f64; 3]; 4] {
     let (sin, cos) = libm::sincos(BEAM_ANGLE);
     let aside = sin * FRAC_1_SQRT_2;

@@ -1,12 +1,12 @@
-//! From the axes of `odom` to latitude and longitude: the plane that touches the ellipsoid of WGS 84 at the origin.
+//! From the axes of `odom` to latitude and longitude, with the plane tangent to the WGS 84 ellipsoid at the origin.
 //!
 //! ```text
 //! N = a / sqrt(1 - e^2 sin^2 phi)
 //! X = (N cos phi) - n sin phi + u cos phi,  Y = e,  Z = N (1 - e^2) sin phi + n cos phi + u sin phi
 //! ```
 //!
-//! (e, n, u: east, north, up; X towards the origin's meridian). Back by Bowring's formula (Survey Review 23, 1976), whose error within
-//! 10 km of the ellipsoid is below 1e-9 m.
+//! (e, n, u: east, north, up; X towards the origin's meridian). Inverse by Bowring's formula (Survey Review 23, 1976); its error within 10
+//! km of the ellipsoid is below 1e-9 m.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -15,7 +15,7 @@ use planesman_parameters::Parameters;
 /// Semi-major axis \[m\] and flattening of WGS 84.
 const WGS_84: (f64, f64) = (6_378_137.0, 1.0 / 298.257_223_563);
 
-/// Where `odom` lies on the earth.
+/// Position of `odom` on the earth.
 ///
 /// Its parameters are `environment.origin.*`.
 #[derive(Clone, Copy, Debug, PartialEq, Parameters)]
@@ -32,7 +32,7 @@ pub struct Origin {
     pub heading: f64,
 }
 
-/// A place on the earth.
+/// A position on the earth.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Geodetic {
     /// \[deg\], positive north.
@@ -44,13 +44,13 @@ pub(crate) struct Geodetic {
 }
 
 impl Origin {
-    /// A position in `odom` \[m\] in the axes east, north, up.
+    /// A position in `odom` \[m\], in the axes east, north, up.
     pub(super) fn east_north_up(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         let (sin, cos) = libm::sincos(self.heading);
         [x * sin - y * cos, x * cos + y * sin, z]
     }
 
-    /// The place that lies so far east, north and up \[m\] of the origin, which is on the ellipsoid.
+    /// The position at distances east, north and up \[m\] of the origin, which is on the ellipsoid.
     pub(super) fn geodetic(&self, [east, north, up]: [f64; 3]) -> Geodetic {
         let (a, flattening) = WGS_84;
         let b = a * (1.0 - flattening);
@@ -75,7 +75,7 @@ impl Origin {
         }
     }
 
-    /// The angle from east to the x axis of `odom`, about up \[rad\].
+    /// Angle from east to the x axis of `odom`, about up \[rad\].
     pub(super) fn from_east(heading: f64) -> f64 {
         FRAC_PI_2 - heading
     }

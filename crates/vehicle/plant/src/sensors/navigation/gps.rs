@@ -1,4 +1,4 @@
-//! The satellite receiver: a position while its antenna is out of the water.
+//! The satellite receiver: a position while its antenna is above the water.
 
 use planesman_parameters::Parameters;
 
@@ -30,7 +30,7 @@ pub struct Gps {
     pub antenna: f64,
 }
 
-/// The antenna's place; `None` without a fix.
+/// Position of the antenna; `None` without a fix.
 pub(crate) type Reading = Option<Geodetic>;
 
 #[derive(Clone, Debug)]

@@ -1,7 +1,7 @@
-//! The magnetometer: the earth's field turned into the body, with hard iron and noise.
+//! The magnetometer: the earth's field in body axes, with hard iron and noise.
 //!
-//! At a place the field has a strength `B`, an inclination `I` below the horizon and a declination `D` east of true north; its horizontal
-//! share is `B cos I`. The x axis of `odom` points to the azimuth `psi`:
+//! A position has a field of strength `B`, an inclination `I` below the horizon and a declination `D` east of true north; the horizontal
+//! component is `B cos I`. The x axis of `odom` points to the azimuth `psi`:
 //!
 //! ```text
 //! x = B cos I cos(D - psi)     y = -B cos I sin(D - psi)     z = -B sin I
@@ -30,7 +30,7 @@ pub struct EarthField {
 }
 
 impl EarthField {
-    /// \[T\], in the axes of `odom`, the first of which points to an azimuth \[rad\].
+    /// The field \[T\] in the axes of `odom`, whose x axis points to an azimuth \[rad\].
     pub(super) fn in_odom(&self, azimuth: f64) -> [f64; 3] {
         let (down, level) = libm::sincos(self.inclination);
         let (sin, cos) = libm::sincos(self.declination - azimuth);
@@ -38,7 +38,7 @@ impl EarthField {
     }
 }
 
-/// A magnetometer of three axes.
+/// A three-axis magnetometer.
 ///
 /// Its parameters are `sensors.magnetometer.*`.
 #[derive(Clone, Copy, Debug, PartialEq, Parameters)]
@@ -77,7 +77,7 @@ impl Memory {
 }
 
 impl Magnetometer {
-    /// The measurement of a field \[T\]; both forward, left, up.
+    /// Measurement of a field \[T\]; both forward, left, up.
     pub(super) fn read(&self, field: [f64; 3], memory: &mut Memory) -> [f64; 3] {
         let HardIron { x, y, z } = self.hard_iron;
         let iron = [x, y, z];

@@ -1,13 +1,13 @@
-//! The instruments that a vehicle finds its way by, each off unless its rate is set.
+//! The navigation instruments; each is off unless its rate is set.
 //!
 //! - `dvl`: velocity over ground or through the water, and the altitude above the bottom.
-//! - `magnetometer`: the earth's field in the body.
+//! - `magnetometer`: the earth's field in body axes.
 //! - `gps`: latitude and longitude, at the surface.
-//! - `usbl`: the position from the surface, late.
+//! - `usbl`: the position from the surface, with a delay.
 //! - `attitude`: an attitude and heading reference, in `imu`.
 //!
-//! Their parameters are declared beside their equations. All vectors are in ROS frames (REP 103): forward, left, up in the body, and `odom`'s axes, which are turned from east and
-//! north by [`Origin::heading`].
+//! Their parameters are declared next to their equations. All vectors are in ROS frames (REP 103): forward, left, up in the body, or the
+//! axes of `odom`, whose direction on the earth is [`Origin::heading`].
 
 mod attitude;
 mod dvl;
@@ -28,7 +28,7 @@ pub(crate) use usbl::{Reading as UsblReading, Usbl};
 
 use crate::odometry::Odometry;
 
-/// The instruments and what they need to know of the earth.
+/// The instruments, with the data of the earth that they need.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Navigation {
     pub origin: Origin,
@@ -40,7 +40,7 @@ pub(crate) struct Navigation {
     pub attitude: AttitudeReference,
 }
 
-/// Their state from tick to tick.
+/// State of the instruments from tick to tick.
 #[derive(Clone, Debug)]
 pub(crate) struct Memory {
     dvl: dvl::Memory,
@@ -62,11 +62,11 @@ impl Memory {
     }
 }
 
-/// What they read in a tick; `None` where no measurement falls on it, or the instrument is off.
+/// Readings in a tick; `None` without a measurement in this tick, or if the instrument is off.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Readings {
     pub dvl: Option<DvlReading>,
-    /// \[T\], forward, left, up.
+    /// Magnetic field \[T\], forward, left, up.
     pub magnetic_field: Option<[f64; 3]>,
     pub gps: Option<GpsReading>,
     pub usbl: Option<UsblReading>,
@@ -75,7 +75,7 @@ pub(crate) struct Readings {
 }
 
 impl Navigation {
-    /// The same without errors; ranges, delay and mounting stay.
+    /// Returns the same instruments without errors; ranges, delay and mounting stay.
     pub(crate) fn without_errors(self) -> Self {
         Self {
             dvl: Dvl {
@@ -115,7 +115,7 @@ impl Navigation {
         }
     }
 
-    /// The readings at the tick of length `tick` \[ns\] that begins at `time` \[ns\], over a bottom at a depth \[m\].
+    /// Readings in the tick of length `tick` \[ns\] that begins at `time` \[ns\], over a bottom at a depth \[m\].
     pub(super) fn read(
         &self,
         odometry: &Odometry,
@@ -147,8 +147,8 @@ impl Navigation {
     }
 }
 
-/// Whether a measurement falls on the tick of length `tick` \[ns\] that begins at `time` \[ns\]: on the first at or after each multiple of the
-/// rate's \[Hz\] period, at most one a tick. Of a rate of 0 none does.
+/// Whether a measurement is due in the tick of length `tick` \[ns\] that begins at `time` \[ns\]: in the first tick at or after each
+/// multiple of the period 1/rate, at most one per tick. A rate of 0 means no measurement.
 fn is_due(rate: f64, time: i64, tick: i64) -> bool {
     if rate <= 0.0 {
         return false;

@@ -1,7 +1,7 @@
-//! The ultra-short baseline: the vehicle's position as a transceiver hears it, at the surface above the origin.
+//! The ultra-short baseline: the vehicle's position, measured by a transceiver at the surface above the origin.
 //!
-//! The error grows with the slant range `r`, as bearings have errors: `sigma^2 = sigma_0^2 + (c r)^2` along each axis. A measurement is
-//! valid when it was made, and reaches the vehicle after a delay; some are lost, and some are outliers.
+//! The error grows with the slant range `r`, since it comes from bearings: `sigma^2 = sigma_0^2 + (c r)^2` along each axis. A measurement
+//! is valid at the time it was made, and reaches the vehicle after a delay; some are lost, and some are outliers.
 
 use std::collections::VecDeque;
 
@@ -45,9 +45,9 @@ pub struct Usbl {
 pub(crate) struct Reading {
     /// In `map` \[m\].
     pub position: [f64; 3],
-    /// Its standard deviation along each axis, outliers left out.
+    /// Its standard deviation along each axis, without outliers.
     pub deviation: f64,
-    /// How long ago it was valid \[ns\].
+    /// Its age \[ns\].
     pub age: i64,
 }
 
@@ -56,7 +56,7 @@ pub(super) struct Memory {
     noise: [Stream; 3],
     outlier: [Stream; 3],
     events: Stream,
-    /// On their way, with the time at which each was made \[ns\].
+    /// Measurements on their way, each with its time \[ns\].
     pending: VecDeque<(i64, Reading)>,
 }
 
@@ -72,7 +72,7 @@ impl Memory {
 }
 
 impl Usbl {
-    /// What arrives at a time \[ns\], at most one; where `due`, the position \[m\] is measured.
+    /// Returns the measurement that arrives at a time \[ns\], at most one. If `due`, a new measurement of the position \[m\] is made.
     pub(super) fn read(
         &self,
         position: [f64; 3],
