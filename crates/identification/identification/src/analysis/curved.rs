@@ -71,19 +71,16 @@ fn analysed(record: &Record, options: &Options, validation: Option<&Record>) -> 
                 Method::Automatic => tried(&linear, inputs, outputs),
                 _ => Vec::new(),
             };
-            let finding = linear.finding.as_ref();
-            let is_told = finding.is_some_and(|it| it.gain.is_some());
             let missed = |it: &Analysis| it.held_out.fit.map(|fit| 100.0 - fit);
-            let is_better = |it: &Analysis| {
+            let is_better = |it: &Analysis, is_told: bool| {
                 let pair = missed(it).zip(missed(&linear));
                 let is_better =
                     pair.is_some_and(|(curved, linear)| curved < BETTER * linear.min(UNUSABLE));
-                // One that nothing points to must leave no more than the noise.
                 is_better && (is_told || it.curve_misses().is_none())
             };
-            let found = attempts.iter().find_map(|(side, starts)| {
-                let found = beside(record, options, validation, &linear, *side, starts);
-                found.ok().filter(is_better)
+            let found = attempts.iter().find_map(|attempt| {
+                let found = beside(record, options, validation, &linear, attempt);
+                found.ok().filter(|it| is_better(it, attempt.is_told))
             });
             Ok(found.unwrap_or(linear))
         }
@@ -98,7 +95,12 @@ fn analysed(record: &Record, options: &Options, validation: Option<&Record>) -> 
                     setting("curve", choice.name())
                 )));
             }
-            beside(record, options, validation, &linear, choice.side(), &starts)
+            let attempt = Attempt {
+                side: choice.side(),
+                starts,
+                is_told: true,
+            };
+            beside(record, options, validation, &linear, &attempt)
         }
     }
 }
@@ -111,28 +113,40 @@ fn for_structure(options: &Options) -> Options {
     }
 }
 
-/// The curves that are worth a try, one side after the other: those of the cause that was found; or, where the noise would leave a better
-/// fit and no cause was, limits at which the output dwells, then those of an input.
-fn tried(linear: &Analysis, inputs: &[f64], outputs: &[f64]) -> Vec<(Side, Vec<StaticCurve>)> {
-    if let Some(finding) = &linear.finding
-        && let Some((share, _)) = finding.gain
-    {
-        let of_cause = of_cause(&finding.cause, inputs, outputs);
-        return of_cause
-            .filter(|_| share > WORTH_A_TRY)
-            .into_iter()
-            .collect();
-    }
-    let clipped = clipped_at(outputs).filter(|_| !linear.is_exact());
+/// Curves of one side that are tried.
+struct Attempt {
+    side: Side,
+    starts: Vec<StaticCurve>,
+    /// Whether the linear model's error points to them: the others must leave no more than the noise.
+    is_told: bool,
+}
+
+/// The curves that are worth a try: those of the cause that was found; then, where the noise would leave a better fit, limits at which the
+/// output dwells, and those of an input.
+fn tried(linear: &Analysis, inputs: &[f64], outputs: &[f64]) -> Vec<Attempt> {
+    let finding = linear.finding.as_ref();
+    let large = finding.filter(|it| it.gain.is_some_and(|(share, _)| share > WORTH_A_TRY));
+    let told = large.and_then(|it| of_cause(&it.cause, inputs, outputs));
+    let is_told_of = |side: Side| told.as_ref().is_some_and(|it| it.0 == side);
     // In a loop the linear model's error may be noise that goes round.
-    if !linear.is_below_noise() || linear.following == Following::Yes {
-        let of_output = clipped.map(|it| (Side::Output, vec![it]));
-        return of_output.into_iter().collect();
-    }
-    let limits = clipped.or_else(|| dwelt_at(outputs));
-    let limits = limits.map(|it| (Side::Output, vec![it]));
-    let of_inputs = (Side::Input, of_inputs(inputs).collect());
-    limits.into_iter().chain([of_inputs]).collect()
+    let is_asked = linear.is_below_noise() && linear.following != Following::Yes;
+    let clipped = clipped_at(outputs).filter(|_| !linear.is_exact());
+    let limits = clipped.or_else(|| dwelt_at(outputs).filter(|_| is_asked));
+    let limits = limits.filter(|_| !is_told_of(Side::Output));
+    let of_inputs = (is_asked && !is_told_of(Side::Input)).then(|| of_inputs(inputs).collect());
+    let others = (limits.map(|it| (Side::Output, vec![it])).into_iter())
+        .chain(of_inputs.map(|it| (Side::Input, it)));
+    let others: Vec<_> = others.collect();
+    let attempt = |is_told| {
+        move |(side, starts)| Attempt {
+            side,
+            starts,
+            is_told,
+        }
+    };
+    (told.into_iter().map(attempt(true)))
+        .chain(others.into_iter().map(attempt(false)))
+        .collect()
 }
 
 /// The structure that a curve is first sought beside: the linear model's, but of second order at most, since a linear model of a curve
@@ -155,12 +169,11 @@ fn beside(
     options: &Options,
     validation: Option<&Record>,
     linear: &Analysis,
-    side: Side,
-    starts: &[StaticCurve],
+    attempt: &Attempt,
 ) -> Result<Analysis> {
-    let mut found = match side {
-        Side::Input => hammerstein(record, options, validation, linear, starts)?,
-        Side::Output => wiener(record, options, validation, linear, starts)?,
+    let mut found = match attempt.side {
+        Side::Input => hammerstein(record, options, validation, linear, attempt)?,
+        Side::Output => wiener(record, options, validation, linear, &attempt.starts)?,
     };
     if let Some(curved) = &mut found.curved {
         curved.linear_fit = linear.held_out.fit;
@@ -176,14 +189,12 @@ fn hammerstein(
     options: &Options,
     validation: Option<&Record>,
     linear: &Analysis,
-    starts: &[StaticCurve],
+    attempt: &Attempt,
 ) -> Result<Analysis> {
-    let is_told = linear.finding.as_ref().is_some_and(|it| it.gain.is_some());
-    let is_pointed_to = options.curve != CurveChoice::Automatic || is_told;
     let of = |structure: &Structure, starts: &[StaticCurve]| {
-        fitted(record, structure, starts, is_pointed_to)
+        fitted(record, structure, starts, attempt.is_told)
     };
-    let first = of(&simple(linear), starts)?.curve;
+    let first = of(&simple(linear), &attempt.starts)?.curve;
     let behind = first.of_input(record);
     let behind = judged_on(&behind, &for_structure(options), None, CurvePlacement::None)?;
     let curve = of(&behind.estimate.layout.structure, &[first])?;
