@@ -186,12 +186,9 @@ fn answer(space: &Space, outcomes: &Outcomes, settled: &[Settled]) -> String {
 
 /// The combinations that no other one beats in both settling time and plane travel.
 fn best(space: &Space, settled: &[Settled]) -> Table {
-    let names: Vec<String> = space.axes.iter().map(Axis::name).collect();
+    let names: Vec<String> = space.axes.iter().map(Axis::label).collect();
     let results = ["settling time (5 %) [s]", "plane travel [rad]"];
-    let columns = names
-        .iter()
-        .map(|it| it.split_once('.').map_or(it.as_str(), |it| it.1));
-    let mut table = Table::of(columns.chain(results));
+    let mut table = Table::of(names.iter().map(String::as_str).chain(results));
     for it in settled.iter().filter(|it| it.is_on_front).take(LISTED) {
         let results = [it.settling, it.travel].map(|it| significant(it, 3));
         table.row(values(space, it.combination).chain(results));

@@ -9,8 +9,10 @@ use planesman_flight::summary::TestSignal;
 use planesman_flight::sweep::case::{COLUMNS, SETTLING, TRAVEL};
 use planesman_flight::sweep::outcomes::{Combination, Mean, Outcomes, Settled};
 use planesman_flight::sweep::space::{Axis, Space};
+use planesman_linear::digits::significant;
 use planesman_text::number;
 
+use super::cards::{Card, cards};
 use super::{document, figure, heat_map};
 use planesman_flight::titles::title;
 
@@ -33,6 +35,7 @@ pub fn page(
     let body = html! {
         h1 { "Planesman sweep" }
         p.lead { (scenario.description()) }
+        (cards(&summary(space, outcomes)))
         @if let Some(signal) = signal {
             p { "Flown with a test signal, " (signal) "; " (signal.effect()) "." }
         }
@@ -43,10 +46,45 @@ pub fn page(
         h2 { "Plots" }
         div.plots { @for plot in maps(space, found) { (plot) } }
         (pareto(space, outcomes))
-        h2 { "Scenario" }
-        pre { (scenario.to_yaml()) }
+        details { summary { "Scenario" } pre { (scenario.to_yaml()) } }
     };
     document("Planesman sweep", "", &body, "")
+}
+
+/// The fastest combination, the one of the least plane travel, and how many settle.
+fn summary(space: &Space, outcomes: &Outcomes) -> Vec<Card> {
+    let settled = outcomes.settled();
+    let values = |of: &Settled| {
+        let each = (space.axes.iter().zip(space.places(of.combination)))
+            .map(|(axis, place)| format!("{} {}", axis.label(), labels(axis)[place]));
+        each.collect::<Vec<_>>().join(", ")
+    };
+    let least = |of: fn(&Settled) -> f64| {
+        settled
+            .iter()
+            .min_by(|one, other| of(one).total_cmp(&of(other)))
+    };
+    let card = |label: &str, found: Option<&Settled>, unit: &str, of: fn(&Settled) -> f64| {
+        let found = found?;
+        let value = format!("{} {unit}", significant(of(found), DIGITS));
+        Some(Card::new(label, value).note(values(found)))
+    };
+    let count = format!("{} of {}", settled.len(), outcomes.combinations.len());
+    [
+        card(
+            "fastest, settling time (5 %)",
+            least(|it| it.settling),
+            "s",
+            |it| it.settling,
+        ),
+        card("least plane travel", least(|it| it.travel), "rad", |it| {
+            it.travel
+        }),
+        Some(Card::new("settle in every flight", count)),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 fn labels(axis: &Axis) -> Vec<String> {
@@ -71,7 +109,7 @@ fn maps(space: &Space, found: &BTreeMap<u64, Combination>) -> Vec<Markup> {
             let numbers = space.axes[x].numbers()?;
             let points = numbers.into_iter().zip(means);
             let points = points.filter_map(|(at, mean)| Some((at, mean.value()?)));
-            let axis = space.axes[x].name();
+            let axis = space.axes[x].label();
             let quantity = title(COLUMNS[what]);
             let plot = Plot::new(&quantity, [&axis, &quantity]).line("mean", points);
             Some(figure(&plot))
@@ -93,7 +131,7 @@ fn maps(space: &Space, found: &BTreeMap<u64, Combination>) -> Vec<Markup> {
                 .filter_map(|at| Some((means[at[0]][at[1]].value()?, at)))
                 .min_by(|a, b| a.0.total_cmp(&b.0));
             let map = HeatMap {
-                axes: [of_x.name(), of_y.name()],
+                axes: [of_x.label(), of_y.label()],
                 columns: labels(of_x),
                 rows: labels(of_y),
                 values: means
@@ -120,7 +158,7 @@ fn pareto(space: &Space, outcomes: &Outcomes) -> Markup {
     let plot = Plot::new("Settling time and plane travel", [&axes[0], &axes[1]])
         .plane()
         .note("All combinations that settle with every seed. No other combination beats those on the line in both quantities.")
-        .with(Style::Dots, "combinations", points.iter().step_by(every).map(of))
+        .with(Style::Circles, "combinations", points.iter().step_by(every).map(of))
         .with(Style::Crosses, "not beaten", front.iter().map(|it| of(it)))
         .with(Style::Bound, "front", front.iter().map(|it| of(it)));
     html! {
@@ -129,11 +167,11 @@ fn pareto(space: &Space, outcomes: &Outcomes) -> Markup {
             div.scroll { table {
                 thead { tr {
                     th { (axes[0]) } th { (axes[1]) }
-                    @for axis in &space.axes { th { (axis.name()) } }
+                    @for axis in &space.axes { th { (axis.label()) } }
                 } }
                 @for it in front.iter().take(LISTED) {
                     tr {
-                        td { (number(it.settling)) } td { (number(it.travel)) }
+                        td { (significant(it.settling, DIGITS)) } td { (significant(it.travel, DIGITS)) }
                         @for (axis, place) in space.axes.iter().zip(space.places(it.combination)) {
                             td { (labels(axis)[place]) }
                         }

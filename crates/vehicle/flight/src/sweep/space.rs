@@ -92,12 +92,14 @@ impl Axis {
         })
     }
 
-    /// Name with unit.
+    /// Node and name, with unit.
     pub fn name(&self) -> String {
-        match self.unit {
-            "" => self.parameter.to_string(),
-            unit => format!("{} [{unit}]", self.parameter),
-        }
+        with_unit(self.parameter.to_string(), self.unit)
+    }
+
+    /// Name without the node, with unit.
+    pub fn label(&self) -> String {
+        with_unit(self.parameter.name.clone(), self.unit)
     }
 
     /// Its values as numbers; `None` for words.
@@ -239,6 +241,13 @@ impl Space {
             scenario.put(&axis.parameter, value.clone())?;
         }
         Ok(scenario)
+    }
+}
+
+fn with_unit(name: String, unit: &str) -> String {
+    match unit {
+        "" => name,
+        unit => format!("{name} [{unit}]"),
     }
 }
 
