@@ -342,7 +342,7 @@ fn the_stamps_are_the_messages_own_where_all_have_them() {
     );
     let refusal = refusal.unwrap_err();
     assert!(
-        refusal.contains("std_msgs/msg/Float64 carry no stamp"),
+        refusal.contains("std_msgs/msg/Float64 have no stamp"),
         "{refusal}"
     );
 }

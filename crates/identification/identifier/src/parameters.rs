@@ -382,7 +382,7 @@ fn structure(p: &IdentifierParameters) -> Result<Structure, Error> {
     ] {
         if count >= order {
             let reason = format!(
-                "{count} refused: the order is {order}, and some of it must be left to be found"
+                "{count} refused: the order is {order}, and at least 1 of it must stay free"
             );
             return Err(Error::Parameter { name, reason });
         }

@@ -107,7 +107,7 @@ impl Form {
             None => DELIMITERS.to_vec(),
         };
         if lines.iter().any(|it| it.text.contains(&b'\r')) {
-            let reason = "its lines end with CR alone, as of old Macs; make them lines with `tr '\\r' '\\n' < FILE > NEW.csv`";
+            let reason = "its lines end with CR only, as on old Macs; convert them with `tr '\\r' '\\n' < FILE > NEW.csv`";
             return Ok(Err(reason.to_owned()));
         }
         let body: Vec<&Line> = lines.iter().filter(|it| !it.is_comment).collect();
