@@ -524,7 +524,7 @@ fn what_is_not_there_is_refused_with_what_is() {
         (
             &path,
             "-i cmd:data -o imu:angular_velocity.y --rate 1000",
-            "--rate takes at most 20.000000",
+            "--rate allows at most 20.000000",
         ),
         (
             &path,
