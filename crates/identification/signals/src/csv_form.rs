@@ -231,7 +231,7 @@ impl Form {
             let spare = names.split_off(width);
             if spare.iter().any(|it| !it.is_empty()) {
                 self.notes.push(format!(
-                    "line {line} has {} names for rows of {width} cells; the last, {}, have none",
+                    "line {line} has {} names for rows of {width} cells; the last names, {}, have no data",
                     width + spare.len(),
                     some(&spare)
                 ));
