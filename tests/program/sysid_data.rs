@@ -539,7 +539,7 @@ fn what_is_not_there_is_refused_with_what_is() {
         (
             &path,
             "-i cmd:data -o imu:angular_velocity.y --time t",
-            "--time is for .csv",
+            "--time, like --time-unit and --sample-time, is for .csv",
         ),
         (
             &path,

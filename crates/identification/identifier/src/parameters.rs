@@ -463,7 +463,7 @@ mod tests {
         for (name, value, reason) in [
             ("input", Value::from("dive_planes"), "TOPIC:FIELD"),
             ("output", "plane_motion:dive_planes".into(), "input as well"),
-            ("zeros_at_one", 3.into(), "left to be found"),
+            ("zeros_at_one", 3.into(), "must stay free"),
         ] {
             let parameters = IdentifierParameters::default()
                 .with(&[(name, value)])
