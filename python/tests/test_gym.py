@@ -201,7 +201,7 @@ def test_a_vehicle_of_ones_own_takes_the_place_of_a_built_in_one(tmp_path: Path)
         ({"task": "depth", "randomise": {"mass": (0.9, 1.0, 1.1)}}, "randomise: mass: .* refused: .minimum, maximum."),
         ({"task": "depth", "substeps": 2.5}, "substeps: 2.5 refused: a whole number"),
         ({"task": "depth", "duration": 1e9}, "duration / step: .* refused: 1 to 1e6 steps"),
-        ({"task": "depth", "randomise": {"thrust": 0.1}}, "randomise: thrust: lauv has none"),
+        ({"task": "depth", "randomise": {"thrust": 0.1}}, "randomise: thrust: vehicle 'lauv' has no such number"),
         ({"task": "depth", "randomise": {"mass": 1.5}}, r"randomise: mass \[-0.5, 2.5\]"),
         ({"task": "depth", "vehicle": "luav"}, "vehicle file 'luav'.*lauv"),
         ({"task": "depth", "step": 0.0}, "step: 0 refused"),
@@ -221,7 +221,7 @@ def test_actions_of_another_shape_or_no_numbers_are_refused() -> None:
     many.reset(seed=1)
     with pytest.raises(planesman.PlanesmanError, match=r"shape \(3,\) refused: \(3, 1\)"):
         many.step(np.zeros(3))
-    with pytest.raises(planesman.PlanesmanError, match="environment 1 is no number"):
+    with pytest.raises(planesman.PlanesmanError, match="environment 1 is not a number"):
         many.step(np.array([[0.0], [np.nan], [0.0]]))
     assert np.isfinite(many.step(np.array([[np.inf], [-np.inf], [1e30]]))[0]).all()
 

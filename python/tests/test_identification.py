@@ -126,7 +126,7 @@ def test_what_is_refused_is_refused_in_one_sentence(bag: Path) -> None:
         (lambda: planesman.fit(data, "u", "y", sample_time=0.05, method="magic"), "magic"),
         (lambda: planesman.fit(data, "u", "y", sample_time=-1.0), "-1"),
         (lambda: planesman.fit({**data, "u": data["u"] + 1j}, "u", "y", sample_time=0.05), "'u' is not an array of numbers: it is complex"),
-        (lambda: planesman.fit(data, "u", "y", sample_time=0.05, heave=(1, 0, 0, 0)), "heave and vehicle are for method='vehicle' and kalman"),
+        (lambda: planesman.fit(data, "u", "y", sample_time=0.05, heave=(1, 0, 0, 0)), "heave and vehicle need method='vehicle' or kalman"),
         (lambda: planesman.fit(data, "u", "y", sample_time=0.05, window=(0, 5), validation=(3, 9)), r"window=\(0, 5\) overlaps validation=\(3, 9\)"),
     ]:
         with pytest.raises(planesman.PlanesmanError, match=sentence) as refusal:
@@ -139,7 +139,7 @@ def test_what_is_refused_is_refused_in_one_sentence(bag: Path) -> None:
 @pytest.mark.parametrize(
     ("keywords", "message"),
     [
-        ({"heave": [1.0, 2.0, 3.0, 4.0], "method": "armax"}, "heave and vehicle are for method='vehicle' and kalman"),
+        ({"heave": [1.0, 2.0, 3.0, 4.0], "method": "armax"}, "heave and vehicle need method='vehicle' or kalman"),
         ({"prewindow": True}, "prewindow needs order"),
         ({"forgetting": 0.9, "method": "armax"}, "are for the recursive methods, as method='recursive_least_squares'"),
         ({"window": (0, 20), "validation": (10, 30)}, "window=(0, 20) overlaps validation=(10, 30)"),

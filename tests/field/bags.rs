@@ -181,7 +181,7 @@ fn two_drivers_on_one_topic_are_told_apart_by_joints_by_frames_or_by_their_lists
         |y| joints("", &[], vec![2.0, -y, 0.0]),
     );
     fitted(&bare, "out:position[0]", &log).refused(&[
-        "the list has now 2 numbers, now 3 numbers",
+        "the list now has 2 numbers, now 3 numbers",
         "a separate topic",
     ]);
 }

@@ -336,7 +336,7 @@ fn a_wrong_argument_is_named_with_what_would_be_right() {
     let set = ["sim", "dive", "--out", &out, "--set", "plantsim.speed=1"];
     refused(&stage, 1, &set, &doubled);
     refused(&stage, 1, &["params", "plantsim"], &doubled);
-    let scenario = ["is expected; did you mean 'dive'?"];
+    let scenario = ["unknown scenario 'dvie'", "; did you mean 'dive'?"];
     refused(&stage, 1, &["sim", "dvie", "--out", &out], &scenario);
     for (arguments, says) in [
         (vec!["dive", "--namespace", "2nd", "--out", &out], "2nd"),

@@ -91,7 +91,7 @@ fn what_cannot_be_flown_is_refused_in_one_line() {
     for (args, expected) in [
         (
             &["fly", "nowhere.yaml"][..],
-            "built in with six degrees of freedom are",
+            "built-in vehicles with six degrees of freedom: ",
         ),
         (
             &["fly", "lauv", "--input", "ruder=1"],

@@ -342,7 +342,7 @@ fn the_stamps_are_the_messages_own_where_all_have_them() {
     );
     let refusal = refusal.unwrap_err();
     assert!(
-        refusal.contains("std_msgs/msg/Float64 carry no stamp"),
+        refusal.contains("std_msgs/msg/Float64 have no stamp"),
         "{refusal}"
     );
 }
@@ -524,7 +524,7 @@ fn what_is_not_there_is_refused_with_what_is() {
         (
             &path,
             "-i cmd:data -o imu:angular_velocity.y --rate 1000",
-            "--rate takes at most 20.000000",
+            "--rate allows at most 20.000000",
         ),
         (
             &path,
@@ -539,7 +539,7 @@ fn what_is_not_there_is_refused_with_what_is() {
         (
             &path,
             "-i cmd:data -o imu:angular_velocity.y --time t",
-            "--time is for .csv",
+            "--time, like --time-unit and --sample-time, is for .csv",
         ),
         (
             &path,

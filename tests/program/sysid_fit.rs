@@ -206,7 +206,7 @@ fn options_that_do_not_go_together_are_refused() {
         ),
         (
             "--order 2 --heave 1,2,3,4",
-            "for --method vehicle and kalman",
+            "need --method vehicle or kalman",
         ),
         ("--method vehicle --heave 1,2,3", "expected four numbers"),
         ("--method vehicle --heave 1,2,3,nan", "'nan' is not finite"),

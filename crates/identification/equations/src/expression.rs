@@ -521,7 +521,10 @@ impl Parser<'_> {
             return self.refuse("',' or ')' is expected".to_owned());
         }
         if of.len() != wanted {
-            let reason = format!("{name} is of {wanted}, not of {}", of.len());
+            let reason = format!(
+                "number of arguments of {name}: {wanted} expected, {} given",
+                of.len()
+            );
             return self.refuse_at(first, reason);
         }
         if let Some((_, function)) = UNARY.iter().find(|it| it.0 == name) {
@@ -630,7 +633,7 @@ mod tests {
             ("x y", "character 3: an operator is expected, not 'y'"),
             ("(x", "character 3: ')' is missing"),
             ("x*foo(y)", "character 3: there is no function 'foo'"),
-            ("max(x)", "max is of 2, not of 1"),
+            ("max(x)", "number of arguments of max: 2 expected, 1 given"),
             ("q", "character 1: 'q' is unknown"),
             ("1.2.3", "'1.2.3' is not a number"),
             ("sin*2", "'sin' is a function"),

@@ -298,7 +298,7 @@ impl TapeWriter<'_> {
 fn known(name: &str, of: &Parameter, value: f64) -> Result<f64, EquationsError> {
     let entry = format!("parameters: {name}");
     if of.start.or(of.min).or(of.max).is_some() {
-        let reason = "fixed excludes start, min and max";
+        let reason = "a fixed value cannot have start, min or max";
         return Err(EquationsError::entry(entry, reason));
     }
     in_range(&entry, "fixed", Some(value))?;
@@ -384,15 +384,17 @@ fn check_names(file: &EquationsFile) -> Result<(), EquationsError> {
         let entry = || format!("{kind}: {name}");
         let begins = name.starts_with(|c: char| c.is_alphabetic() || c == '_');
         if !begins || !name.chars().all(|c| c.is_alphanumeric() || c == '_') {
-            let reason = "a name is letters, digits and underscores, and begins with no digit";
+            let reason =
+                "a name has letters, digits and underscores, and does not begin with a digit";
             return Err(EquationsError::entry(entry(), reason));
         }
         if is_reserved(name) || name == TIME {
-            let reason = "the name is that of a function, of pi, or of the time t; take another";
+            let reason =
+                "this is the name of a function, of pi, or of the time t; choose another name";
             return Err(EquationsError::entry(entry(), reason));
         }
         if let Some(other) = seen.insert(name, kind) {
-            let reason = format!("the name stands under {other} too; take another");
+            let reason = format!("{other} has this name too; choose another name");
             return Err(EquationsError::entry(entry(), reason));
         }
     }

@@ -124,7 +124,7 @@ impl TransferFit {
         verdict_text(
             self.verdict,
             format!(
-                "view the page: {}; for a sampled model for the simulator and the controller \
+                "view the page: {}; to get a sampled model, which simulator and controller need, \
                  leave out {}",
                 setting("html", "model.html"),
                 option("continuous")

@@ -633,7 +633,7 @@ mod tests {
             ),
             (
                 &|it| it.vehicle.heave = Some([1.0; 4]),
-                "method vehicle and kalman",
+                "method vehicle or kalman",
             ),
             (
                 &|it| it.vehicle.heave = Some([f64::NAN; 4]),

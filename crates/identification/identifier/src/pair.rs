@@ -55,7 +55,7 @@ pub struct Account {
     pub gaps: u64,
     /// Number of times that time went back, each a restart of the estimate.
     pub restarts: u32,
-    /// Jumps of the parameters detected.
+    /// Number of detected parameter jumps.
     pub jumps: u64,
     /// Messages that were repeated, late, or off the grid.
     pub left_out: u64,

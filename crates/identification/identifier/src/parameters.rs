@@ -382,7 +382,7 @@ fn structure(p: &IdentifierParameters) -> Result<Structure, Error> {
     ] {
         if count >= order {
             let reason = format!(
-                "{count} refused: the order is {order}, and some of it must be left to be found"
+                "{count} refused: the order is {order}, and at least 1 of it must stay free"
             );
             return Err(Error::Parameter { name, reason });
         }
@@ -463,7 +463,7 @@ mod tests {
         for (name, value, reason) in [
             ("input", Value::from("dive_planes"), "TOPIC:FIELD"),
             ("output", "plane_motion:dive_planes".into(), "input as well"),
-            ("zeros_at_one", 3.into(), "left to be found"),
+            ("zeros_at_one", 3.into(), "must stay free"),
         ] {
             let parameters = IdentifierParameters::default()
                 .with(&[(name, value)])

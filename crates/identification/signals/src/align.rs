@@ -60,7 +60,7 @@ pub struct Aligner {
     period: i64,
     /// A stamp on the grid, ns.
     origin: Option<i64>,
-    /// By instant: (stamp, value). Kept for a while after they are passed on, to recognise repeats.
+    /// By instant: (stamp, value). Outputs are kept for a while after they are passed on, to recognise repeats.
     outputs: ByInstant<(i64, f64)>,
     inputs: ByInstant<Input>,
     /// Inputs that are too old, unless time turns out to have gone back.

@@ -107,7 +107,7 @@ impl Form {
             None => DELIMITERS.to_vec(),
         };
         if lines.iter().any(|it| it.text.contains(&b'\r')) {
-            let reason = "its lines end with CR alone, as of old Macs; make them lines with `tr '\\r' '\\n' < FILE > NEW.csv`";
+            let reason = "its lines end with CR only, as on old Macs; convert them with `tr '\\r' '\\n' < FILE > NEW.csv`";
             return Ok(Err(reason.to_owned()));
         }
         let body: Vec<&Line> = lines.iter().filter(|it| !it.is_comment).collect();
@@ -231,7 +231,7 @@ impl Form {
             let spare = names.split_off(width);
             if spare.iter().any(|it| !it.is_empty()) {
                 self.notes.push(format!(
-                    "line {line} has {} names for rows of {width} cells; the last, {}, have none",
+                    "line {line} has {} names for rows of {width} cells; the last names, {}, have no data",
                     width + spare.len(),
                     some(&spare)
                 ));

@@ -658,8 +658,8 @@ impl Rows<'_> {
         for (faults, (_, column)) in self.faults.iter().zip(&self.signals) {
             if let Some((text, line)) = faults.doubtful() {
                 return Err(SourceError::Data(format!(
-                    "{path}: '{}' in line {line} of '{}' may be a fraction or group thousands: \
-                     all numbers of the column have three digits after a separator, or no \
+                    "{path}: '{}' in line {line} of '{}' may be a fraction or group thousands. \
+                     All numbers of the column have three digits after a separator, or no \
                      separator; write them without grouping",
                     shown(text),
                     self.table.name_of(*column)

@@ -58,7 +58,7 @@ pub enum GridError {
     NoWindow,
     /// The record would be too long.
     #[error(
-        "at {interval} s an interval the record would have more than {MAX_NUMBERS} numbers; a \
+        "with an interval of {interval} s the record would have more than {MAX_NUMBERS} numbers; a \
          lower {} or a {} makes it shorter",
         option("rate"),
         option("window")

@@ -38,7 +38,7 @@ const LONGEST: usize = u16::MAX as usize;
 enum Message<'a> {
     /// `NAME:TYPE FIELD;...`
     Format(&'a [u8]),
-    /// Data with this number have that format and belong to that instance.
+    /// Assigns a format and an instance to a message number.
     Subscription {
         id: u16,
         instance: u8,
@@ -272,7 +272,7 @@ impl Messages {
         Ok(Some(message(kind, &self.buffer).unwrap_or(Message::Other)))
     }
 
-    /// Advances to where messages follow each other again; returns whether they do.
+    /// Skips damaged bytes up to the next readable message; returns whether there is one.
     fn find_again(&mut self) -> io::Result<bool> {
         loop {
             self.file.pass(1);

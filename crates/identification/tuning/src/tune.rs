@@ -465,7 +465,7 @@ impl Task<'_> {
         let controller = found.map_err(|missing| match missing > 0.0 {
             true => refused(
                 format!(
-                    "the controller would have to lead by {missing:.1} degrees more than it can"
+                    "the controller would need {missing:.1} degrees more phase lead than it can give"
                 ),
                 "lower",
             ),

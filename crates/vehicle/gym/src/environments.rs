@@ -162,12 +162,15 @@ impl Environments {
     pub fn step(&mut self, actions: &[f32]) -> Result<Stepped, Refused> {
         let expected = self.all.len() * self.setting.moved.len();
         if actions.len() != expected {
-            let reason = format!("{} numbers given; {expected} are expected", actions.len());
+            let reason = format!(
+                "{} numbers are given; {expected} are expected",
+                actions.len()
+            );
             return Err(Refused::option("actions", reason));
         }
         if let Some(place) = actions.iter().position(|x| x.is_nan()) {
             let reason = format!(
-                "that of environment {} is no number",
+                "the action of environment {} is not a number",
                 place / self.setting.moved.len()
             );
             return Err(Refused::option("actions", reason));

@@ -116,7 +116,7 @@ impl Setting {
         for (name, [least, most]) in &options.randomise {
             if !(0.0 < *least && least <= most && most.is_finite()) {
                 let reason = format!(
-                    "{name} [{least}, {most}] refused: least and most factor are expected, above 0"
+                    "{name} [{least}, {most}] refused: give the least and the largest factor, both above 0"
                 );
                 return Err(Refused::option("randomise", reason));
             }

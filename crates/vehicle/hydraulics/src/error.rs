@@ -15,7 +15,7 @@ pub enum Error {
     #[error("tick of {0} ns refused: it must be positive")]
     Tick(i64),
     /// The fault's group has no actuator.
-    #[error("fault.group '{group}' has no actuator; all, {groups} have")]
+    #[error("fault.group '{group}' has no actuator; known: all, {groups}")]
     NoActuator {
         /// The group.
         group: &'static str,

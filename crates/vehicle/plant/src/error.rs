@@ -92,10 +92,9 @@ pub enum Error {
     Motion(&'static str, MotionError),
     /// A linear law of pitch damping lets the vehicle turn faster than its quadratic drag would.
     #[error(
-        "step refused: pitch would turn at {pitch_rate:.3} rad/s at {speed:.3} m/s, faster than \
-         speed, planes and waves can turn it against its drag N |q| q. pitch_damping '{law}' is \
-         linear about {rate} rad/s (pitch_damping_rate) and damps too little at this rate; set \
-         pitch_damping to quadratic or coefficient"
+        "step refused: the pitch rate of {pitch_rate:.3} rad/s at {speed:.3} m/s is larger than speed, planes \
+         and waves can cause against the drag N |q| q. pitch_damping '{law}' is linear about {rate} rad/s \
+         (pitch_damping_rate) and damps too little at this rate; set pitch_damping to quadratic or coefficient"
     )]
     Damping {
         /// Its name.

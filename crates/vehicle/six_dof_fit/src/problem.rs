@@ -333,7 +333,7 @@ impl Problem<'_> {
         Some(theta)
     }
 
-    /// Root mean squares of the residuals of each signal, its unit; `None` without samples.
+    /// RMS residual of each signal, in its unit; `None` without samples.
     pub(super) fn left(
         &self,
         windows: &[Window],

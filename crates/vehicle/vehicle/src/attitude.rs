@@ -1,7 +1,7 @@
-//! How the body lies in the fixed frame: turned by yaw, then by pitch, then by roll.
+//! Attitude of the body in the fixed frame: yaw, then pitch, then roll.
 //!
-//! Fixed frame and body are forward, right, down; `yaw` turns about down, `pitch` about the turned
-//! right, `roll` about the turned forward (SNAME 1950; the usual z-y'-x'' order):
+//! Fixed frame and body are forward, right, down. `yaw` turns about down, `pitch` about the new right axis, `roll` about the new forward
+//! axis (SNAME 1950; the usual z-y'-x'' order):
 //!
 //! ```text
 //! v_fixed = Rz(yaw) Ry(pitch) Rx(roll) v_body
@@ -10,12 +10,11 @@
 //! r = yaw' cos(roll) cos(pitch) - pitch' sin(roll)
 //! ```
 //!
-//! The report's plants have one axis each: pitch in the vertical plane through the keel, yaw
-//! about the vertical, roll about the keel line. They are taken as the equations of these three
-//! angles themselves. So the angles' rates are never solved for from the body's (which is
-//! singular at 90 degrees of pitch): attitude and position hold through any number of loops.
+//! The report has one axis for each equation: pitch in the vertical plane through the keel, yaw about the vertical, roll about the keel
+//! line. They are used here as the equations of these three angles. The rates of the angles are therefore not computed from the body's
+//! rates (which is singular at 90 degrees of pitch), and attitude and position are valid through any number of loops.
 
-/// An angle with its sine and cosine, for equations that need them more than once.
+/// An angle with its sine and cosine, for equations that use them more than once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Angle {
     /// \[rad\]
@@ -27,15 +26,15 @@ pub struct Angle {
 }
 
 impl Angle {
-    /// An angle in radians.
+    /// Creates an angle, rad.
     #[must_use]
     pub fn new(radians: f64) -> Self {
         let (sin, cos) = libm::sincos(radians);
         Self { radians, sin, cos }
     }
 
-    /// The angle turned on to `radians`; itself when it has not turned. A small turn goes by the addition theorems, with sine and
-    /// cosine of the turn by their series; it costs a fraction of new ones and rounds as they do.
+    /// The angle changed to `radians`; unchanged if it is the same. For a small change the addition theorems are used, with sine and cosine
+    /// of the change by their series. This is much faster than new ones and has the same rounding.
     #[inline]
     #[must_use]
     pub fn turned_to(self, radians: f64) -> Self {
@@ -57,8 +56,7 @@ impl Angle {
     }
 }
 
-/// Up to here \[rad\] the first term that the series leave out, `turn^8 / 8!`, is less than half a
-/// unit in the last place.
+/// Largest change \[rad\] for which the first omitted term of the series, `turn^8 / 8!`, is less than half a unit in the last place.
 const SMALL_TURN: f64 = 1.0 / 32.0;
 
 // The series' coefficients, by their powers of the turn.
@@ -72,16 +70,16 @@ const SIN_7: f64 = 1.0 / 5040.0;
 /// The rotation between body and fixed frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation {
-    /// As in [`Attitude`].
+    /// Roll, as in [`Attitude`].
     pub roll: Angle,
-    /// As in [`Attitude`].
+    /// Pitch, as in [`Attitude`].
     pub pitch: Angle,
-    /// As in [`Attitude`].
+    /// Yaw, as in [`Attitude`].
     pub yaw: Angle,
 }
 
 impl Rotation {
-    /// A body vector (forward, right, down) in the fixed frame.
+    /// Converts a body vector (forward, right, down) to the fixed frame.
     #[must_use]
     pub fn to_fixed(&self, [u, v, w]: [f64; 3]) -> [f64; 3] {
         let Self { roll, pitch, yaw } = self;
@@ -95,7 +93,7 @@ impl Rotation {
         ]
     }
 
-    /// A vector of the fixed frame in the body (forward, right, down).
+    /// Converts a vector of the fixed frame to body axes (forward, right, down).
     #[must_use]
     pub fn to_body(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         let Self { roll, pitch, yaw } = self;
@@ -113,11 +111,11 @@ impl Rotation {
 /// The three angles \[rad\], or their rates \[rad/s\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Attitude {
-    /// Positive starboard side down.
+    /// Roll, positive starboard side down.
     pub roll: f64,
-    /// Positive bow up.
+    /// Pitch, positive bow up.
     pub pitch: f64,
-    /// Positive bow to starboard.
+    /// Yaw, positive bow to starboard.
     pub yaw: f64,
 }
 
@@ -132,19 +130,19 @@ impl Attitude {
         }
     }
 
-    /// A body vector (forward, right, down) in the fixed frame.
+    /// Converts a body vector (forward, right, down) to the fixed frame.
     #[must_use]
     pub fn to_fixed(&self, v: [f64; 3]) -> [f64; 3] {
         self.rotation().to_fixed(v)
     }
 
-    /// A vector of the fixed frame in the body (forward, right, down).
+    /// Converts a vector of the fixed frame to body axes (forward, right, down).
     #[must_use]
     pub fn to_body(&self, v: [f64; 3]) -> [f64; 3] {
         self.rotation().to_body(v)
     }
 
-    /// The body's rates `p`, `q`, `r` \[rad/s\] under the rates of the angles.
+    /// Body rates `p`, `q`, `r` \[rad/s\] for the rates of the angles.
     #[must_use]
     pub fn body_rates(&self, rates: &Self) -> [f64; 3] {
         let (sin_roll, cos_roll) = libm::sincos(self.roll);
@@ -156,8 +154,7 @@ impl Attitude {
         ]
     }
 
-    /// The quaternion (x, y, z, w) that turns body vectors into the fixed frame; both forward,
-    /// right, down.
+    /// The quaternion (x, y, z, w) from body vectors to the fixed frame; both forward, right, down.
     #[must_use]
     pub fn quaternion(&self) -> [f64; 4] {
         let (sr, cr) = libm::sincos(0.5 * self.roll);

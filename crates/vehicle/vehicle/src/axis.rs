@@ -1,28 +1,28 @@
-//! Roll and yaw: plants of one axis, as the report's controllers see them.
+//! Roll and yaw: single-axis plants, as in the report's controllers.
 //!
 //! ```text
 //! J a'' + B a' + C a = K (U / U0)^2 delta
 //! ```
 //!
-//! Brunner 1988, ch. II (pp. 30 to 32): roll `K / (J s^2 + B s + C)` with `C = W BG`, yaw
-//! `K / (J s^2 + B s)`. `K` is printed for `U0` = 1 ft/s; what a plane gives grows with the square of
-//! the speed. The damping is the report's secant at 0.15 rad/s, whatever the speed.
+//! Brunner 1988, ch. II (pp. 30 to 32): roll `K / (J s^2 + B s + C)` with `C = W BG`, yaw `K / (J s^2 + B s)`. The report gives `K` for
+//! `U0` = 1 ft/s; the moment of a plane grows with the square of the speed. The damping is the report's secant at 0.15 rad/s, for all
+//! speeds.
 
 use serde::Deserialize;
 
 use crate::positive;
 
-/// A plant of one axis, in SI units.
+/// A single-axis plant, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Axis {
-    /// `K` \[N m/rad\], the moment per plane angle at [`reference_speed`](Self::reference_speed).
+    /// `K` \[N m/rad\], moment per plane angle at [`reference_speed`](Self::reference_speed).
     #[serde(with = "positive::moment")]
     pub gain: f64,
     /// `U0` \[m/s\].
     #[serde(with = "positive::speed")]
     pub reference_speed: f64,
-    /// `J` \[kg m^2\], with the water that moves along.
+    /// `J` \[kg m^2\], including the added inertia of the water.
     #[serde(with = "positive::inertia")]
     pub inertia: f64,
     /// `B` \[N m s/rad\].
@@ -36,21 +36,21 @@ pub struct Axis {
 /// An angle and its rate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AxisState {
-    /// \[rad\], not wrapped.
+    /// Angle \[rad\], not wrapped.
     pub angle: f64,
     /// \[rad/s\]
     pub rate: f64,
 }
 
 impl Axis {
-    /// The moment \[N m\] of a plane angle \[rad\] at a speed \[m/s\].
+    /// Moment \[N m\] for a plane angle \[rad\] at a speed \[m/s\].
     #[must_use]
     pub fn moment(&self, speed: f64, delta: f64) -> f64 {
         let share = speed / self.reference_speed;
         self.gain * share * share * delta
     }
 
-    /// `a''` \[rad/s^2\] of a state at a speed \[m/s\] and a plane angle \[rad\].
+    /// `a''` \[rad/s^2\] for a state at a speed \[m/s\] and a plane angle \[rad\].
     #[must_use]
     pub fn acceleration(&self, state: AxisState, speed: f64, delta: f64) -> f64 {
         let moment = self.moment(speed, delta);

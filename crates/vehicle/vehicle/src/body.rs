@@ -1,4 +1,4 @@
-//! The whole body's motion over a tick: the vertical plane, roll, yaw and speed together.
+//! Motion of the whole body over a tick: vertical plane, roll, yaw and speed together.
 //!
 //! ```text
 //! vertical plane:  the equations of `dynamics`                           (w, q, theta, depth)
@@ -7,12 +7,10 @@
 //! position' = Rz(yaw) Ry(pitch) Rx(roll) (U, 0, w) + current
 //! ```
 //!
-//! As in the report (ch. II) the axes do not act on each other but through the speed and the
-//! way their attitude gives: no sideslip, no roll in a turn, no drag of turning. `tick`
-//! integrates.
+//! As in the report (ch. II), the axes are coupled only through the speed and the direction of motion that the attitude gives. There is no
+//! sideslip, no roll in a turn and no drag due to turning. `tick` integrates.
 //!
-//! With everything left off (speed held, no roll, no rudder, no current, no bottom, no waves, no
-//! tether) what comes out is the vertical plane alone.
+//! With everything off (held speed, no roll, rudder, current, bottom, waves or tether) the result is the vertical plane alone.
 
 use crate::{
     State, Vehicle,
@@ -27,16 +25,16 @@ use crate::{
     vehicle::Derivatives,
 };
 
-/// Where the whole body is and how it moves.
+/// State of the whole body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Body {
-    /// Its motion in the vertical plane; `distance` is `x` in the fixed frame.
+    /// State of the vertical plane; `distance` is `x` in the fixed frame.
     pub plane: State,
     /// `y` \[m\] in the fixed frame, positive to starboard of the initial heading.
     pub across: f64,
-    /// `U` \[m/s\] through the water.
+    /// `U` \[m/s\], forward speed through the water.
     pub speed: f64,
-    /// `v` \[m/s\] through the water, to starboard; 0 where the axes are the report's.
+    /// `v` \[m/s\], sway velocity through the water, to starboard; 0 for the report's single-axis equations.
     pub sway: f64,
     /// Roll, positive starboard side down.
     pub roll: AxisState,
@@ -45,7 +43,7 @@ pub struct Body {
 }
 
 impl Body {
-    /// Upright and on its initial heading.
+    /// A body upright and on its initial heading.
     #[must_use]
     pub fn upright(plane: State, speed: f64) -> Self {
         Self {
@@ -75,7 +73,7 @@ impl Body {
         }
     }
 
-    /// `p`, `q`, `r` \[rad/s\] about the body's axes forward, right, down: what its rate gyros turn by.
+    /// `p`, `q`, `r` \[rad/s\] about the body's axes forward, right, down, as rate gyros measure them.
     #[must_use]
     pub fn rates(&self) -> [f64; 3] {
         // `+ 0.0`: no negative zero.
@@ -102,7 +100,7 @@ impl Body {
     }
 }
 
-/// The actuators' positions over a tick.
+/// Positions of the actuators over a tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs<'a> {
     /// The dive planes \[rad\], positive dive.
@@ -113,11 +111,11 @@ pub struct Inputs<'a> {
     pub roll_differential: PlanePath<'a>,
     /// The rudder \[rad\], positive to starboard.
     pub rudder: PlanePath<'a>,
-    /// The share of full thrust, in \[-1, 1\].
+    /// Thrust as a share of full thrust, in \[-1, 1\].
     pub thrust: PlanePath<'a>,
 }
 
-/// The actuators' positions at one time, as in [`Inputs`].
+/// Positions of the actuators at one time, as in [`Inputs`].
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Positions {
     pub(crate) dive_planes: f64,
@@ -128,7 +126,7 @@ pub(crate) struct Positions {
 }
 
 impl<'a> Inputs<'a> {
-    /// Every actuator on the same path: of [`PlanePath::NEUTRAL`], all neutral.
+    /// All actuators on the same path; with [`PlanePath::NEUTRAL`] all neutral.
     #[must_use]
     pub const fn all(path: PlanePath<'a>) -> Self {
         Self {
@@ -140,7 +138,7 @@ impl<'a> Inputs<'a> {
         }
     }
 
-    /// At shares of a step from `start` \[s\], of length `h` \[s\]: as of [`PlanePath::over`].
+    /// Positions at shares of a step from `start` \[s\] with length `h` \[s\], as in [`PlanePath::over`].
     pub(crate) fn over<const N: usize>(
         &self,
         start: f64,
@@ -167,40 +165,40 @@ impl<'a> Inputs<'a> {
 pub struct Drive {
     /// Thrust and drag.
     pub propulsion: Propulsion,
-    /// Whose derivatives change with the speed.
+    /// The vehicle; its derivatives change with the speed.
     pub vehicle: Vehicle,
-    /// The changes of its equations.
+    /// Changes of its equations.
     pub variant: Variant,
 }
 
 impl Drive {
-    /// The derivatives at the speed `u` \[m/s\].
+    /// Derivatives at the speed `u` \[m/s\].
     pub(crate) fn derivatives(&self, u: f64) -> Derivatives {
         self.variant.apply(self.vehicle.derivatives(u))
     }
 }
 
-/// The parameters of a tick's motion: vehicle, water, step.
+/// Parameters of the motion over a tick: vehicle, water, step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyMotion {
     /// The vertical plane at the held speed, and the longest step.
     pub vertical: Motion,
-    /// Roll; `None`: it stays as it is.
+    /// Roll axis; `None`: roll stays constant.
     pub roll: Option<Axis>,
-    /// Yaw; `None`: it stays as it is.
+    /// Yaw axis; `None`: yaw stays constant.
     pub yaw: Option<Axis>,
-    /// `None`: the speed is held at the vertical plane's.
+    /// Thrust and drag; `None`: the speed is held at that of the vertical plane.
     pub drive: Option<Drive>,
-    /// The water's velocity \[m/s\]: forward, right, down in the fixed frame.
+    /// Velocity of the water \[m/s\]: forward, right, down in the fixed frame.
     pub current: [f64; 3],
-    /// How deep the water is.
+    /// Surface and bottom.
     pub depth_limits: DepthLimits,
-    /// The line in tow.
+    /// Tether.
     pub tether: Tether,
 }
 
 impl BodyMotion {
-    /// The vertical plane alone.
+    /// Motion of the vertical plane alone.
     #[must_use]
     pub fn of_the_plane(vertical: Motion) -> Self {
         Self {
@@ -214,7 +212,7 @@ impl BodyMotion {
         }
     }
 
-    /// The derivatives at the body's speed.
+    /// Derivatives at the body's speed.
     #[must_use]
     pub fn derivatives(&self, body: &Body) -> Derivatives {
         match &self.drive {

@@ -1,18 +1,16 @@
-//! The surface and the bottom: how deep the vehicle can be, and when it touched.
+//! Surface and bottom: limits of the depth, and the first contact.
 //!
-//! A vehicle held at a limit moves on as it would otherwise, and its depth is the limit from the contact on, until
-//! its depth rate turns away from it. Within a step the depth is taken as the cubic through both ends' depths and
-//! rates: so neither a contact that is over before the step is, nor how far the vehicle has left the limit since, is
-//! missed, however long the step. (The tether's drag grows with the depth; within such a step it is that of the way
-//! without the limit.)
+//! A vehicle at a limit keeps its other motion. Its depth stays at the limit from the contact on, until its depth rate points away from the
+//! limit. Within a step the depth is the cubic through depths and rates at both ends. So short contacts are found, and the depth after
+//! leaving the limit is right, also in long steps. (The tether's drag grows with the depth; within such a step it uses the depth without
+//! the limit.)
 //!
-//! The limits hold for the body's origin. The vehicle keeps its pitch and body velocities: no
-//! impact, no friction, no broaching; while in contact trust no other number, but that the
-//! accelerometers feel how the origin moves.
+//! The limits apply to the body's origin. The vehicle keeps its pitch and body velocities: there is no impact, no friction, no broaching.
+//! During contact only depth and the accelerometers are valid; the accelerometers use the actual motion of the origin.
 
 use crate::environment::SURFACE;
 
-/// A limit of the water.
+/// Limit of the water.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Boundary {
     /// From below.
@@ -26,7 +24,7 @@ pub enum Boundary {
 pub struct Contact {
     /// With what.
     pub boundary: Boundary,
-    /// When it began \[s\], from the start of what was asked about.
+    /// Begin of the contact \[s\], from the start of the interval.
     pub time: f64,
 }
 
@@ -39,24 +37,24 @@ pub struct DepthState {
     pub rate: f64,
 }
 
-/// The water's extent in depth.
+/// Extent of the water in depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DepthLimits {
-    /// \[m\]; `None`: no bottom.
+    /// Depth of the bottom \[m\]; `None` without a bottom.
     pub bottom: Option<f64>,
 }
 
-/// How many times the interval that holds a contact is halved: to 1e-12 of the step.
+/// Number of bisections of the interval with a contact: to 1e-12 of the step.
 const HALVINGS: u32 = 40;
 
 impl DepthLimits {
-    /// The depth that the limits allow.
+    /// The depth, restricted to the limits.
     #[must_use]
     pub fn confined(&self, depth: f64) -> f64 {
         depth.min(self.bottom.unwrap_or(f64::INFINITY)).max(SURFACE)
     }
 
-    /// The depth rate that the limits allow at a depth.
+    /// The depth rate at a depth, restricted so that the limits hold.
     #[must_use]
     pub fn confined_rate(&self, depth: f64, rate: f64) -> f64 {
         match self.touched(depth) {
@@ -66,7 +64,7 @@ impl DepthLimits {
         }
     }
 
-    /// The limit that the vehicle touches at a depth.
+    /// Limit that the vehicle touches at a depth.
     #[must_use]
     pub fn touched(&self, depth: f64) -> Option<Boundary> {
         if depth <= SURFACE {
@@ -78,8 +76,8 @@ impl DepthLimits {
         }
     }
 
-    /// The depth \[m\] at the end of the way from one depth state to another, as it would be without limits, over `dt`
-    /// \[s\]; and the first contact, if there is one after the start.
+    /// Depth \[m\] at the end of a step of `dt` \[s\] between two depth states, which are those without limits, and the first contact after
+    /// the start of the step.
     #[must_use]
     pub fn way(&self, from: DepthState, to: DepthState, dt: f64) -> (f64, Option<Contact>) {
         let path = Cubic::new(from, to, dt);
@@ -107,7 +105,7 @@ impl DepthLimits {
     }
 }
 
-/// The cubic through two soundings (Hermite), over a share `s` in \[0, 1\] of the step.
+/// The cubic (Hermite) through two depth states, over a share `s` in \[0, 1\] of the step.
 struct Cubic {
     /// `c0 + c1 s + c2 s^2 + c3 s^3`
     c: [f64; 4],
@@ -127,7 +125,7 @@ impl Cubic {
         c0 + s * (c1 + s * (c2 + s * c3))
     }
 
-    /// Where it turns, in order; 0 in place of a point outside of the step.
+    /// Its extrema in order; 0 for those outside the step.
     fn turning_points(&self) -> [f64; 2] {
         let [_, c, b, a] = self.c;
         // 3 a s^2 + 2 b s + c = 0, by the form that keeps its digits when a is small.
@@ -138,7 +136,7 @@ impl Cubic {
         [one.min(other), one.max(other)]
     }
 
-    /// Where between `a` and `b`, the latter beyond it, the limit is passed.
+    /// Position between `a` and `b` at which the limit is crossed; `b` is beyond the limit.
     fn passage(&self, a: f64, b: f64, limit: f64) -> f64 {
         let beyond = |s: f64| (self.at(s) > limit) == (self.at(b) > limit);
         let (mut low, mut high) = (a, b);

@@ -1,4 +1,4 @@
-//! The equations of motion in the vertical plane, dimensionally consistent.
+//! Equations of motion in the vertical plane, dimensionally consistent.
 //!
 //! ```text
 //! (m - Z_wdot) w'   - Z_qdot q' = Z_w w + (Z_q + m U) q + Z_delta delta
@@ -10,28 +10,25 @@
 //! x'     = U cos(theta) + w sin(theta)
 //! ```
 //!
-//! Brunner 1988, p. 34 and programs T2 to T5 (App. A), in SI units and real seconds, has the
-//! linear terms, and once `M_qq` (`variant`). Cross-flow drag (`|w|`, `|q|`), the
-//! inertias that couple heave with pitch, and the body's origin at a height `z_G` above its centre of
-//! gravity come with Prestero 2001 (the REMUS vehicle, ch. 4); a vehicle without them has zeros
-//! there. Only the vertical plane is kept of Prestero's six equations, and the surge that pitching
-//! about another point than the centre of gravity brings (`m z_G u'`) is left out.
+//! The linear terms, and `M_qq` of one variant (`variant`), are those of Brunner 1988, p. 34 and programs T2 to T5 (App. A), in SI units
+//! and real seconds. Cross-flow drag (`|w|`, `|q|`), the inertias that couple heave with pitch, and an origin at a height `z_G` above the
+//! centre of gravity are from Prestero 2001 (the REMUS vehicle, ch. 4); other vehicles have zeros there. Of Prestero's six equations only
+//! the vertical plane is used. The surge due to pitch about a point other than the centre of gravity (`m z_G u'`) is omitted.
 //!
-//! The programs take `theta` for `sin(theta)` (p. 46); [`Restoring`] chooses. They also carry the
-//! offsets of the centre of gravity into the track; here the track is that of the body's origin.
-//! The forward speed `U` through the water is given, not solved for
-//! (`propulsion` can drive it).
+//! The programs use `theta` for `sin(theta)` (p. 46); [`Restoring`] selects the form. They also include the offsets of the centre of
+//! gravity in the track; here the track is that of the body's origin. The forward speed `U` through the water is given, not computed
+//! (`propulsion` can compute it).
 
 use crate::{attitude::Angle, vehicle::Derivatives};
 
-/// Where the vehicle is and how it moves.
+/// State of the vehicle in the vertical plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct State {
-    /// `x` \[m\], along the track.
+    /// `x` \[m\], distance along the track.
     pub distance: f64,
     /// `z` \[m\], positive down, 0 at the surface.
     pub depth: f64,
-    /// `theta` \[rad\], positive bow up, not wrapped: a loop adds a turn.
+    /// `theta` \[rad\], positive bow up, not wrapped: a loop adds 2 pi.
     pub pitch: f64,
     /// `w` \[m/s\], body z velocity, positive towards the keel.
     pub heave: f64,
@@ -39,18 +36,18 @@ pub struct State {
     pub pitch_rate: f64,
 }
 
-/// How the restoring moment depends on pitch.
+/// Dependence of the restoring moment on pitch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Restoring {
-    /// `W BG sin(theta)`: what hydrostatics gives.
+    /// `W BG sin(theta)`: exact hydrostatics.
     #[default]
     Sine,
-    /// `W BG theta`: the report's approximation, good below some 15 degrees.
+    /// `W BG theta`: the report's approximation, valid below about 15 degrees.
     SmallAngle,
 }
 
 impl Restoring {
-    /// The moment per `W BG`.
+    /// Moment divided by `W BG`.
     fn lever(self, pitch: Angle) -> f64 {
         match self {
             Self::Sine => pitch.sin,
@@ -59,7 +56,7 @@ impl Restoring {
     }
 }
 
-/// A generalised force of the vertical plane: heave force and pitch moment.
+/// Generalized force of the vertical plane: heave force and pitch moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GeneralisedForce {
     /// \[N\], body z, positive towards the keel.
@@ -69,7 +66,7 @@ pub struct GeneralisedForce {
 }
 
 impl GeneralisedForce {
-    /// None at all.
+    /// Zero force and moment.
     pub const NONE: Self = Self {
         heave: 0.0,
         pitch: 0.0,
@@ -102,7 +99,7 @@ pub struct InverseInertia {
 }
 
 impl InverseInertia {
-    /// `w'` \[m/s^2\] and `q'` \[rad/s^2\] under a load.
+    /// `w'` \[m/s^2\] and `q'` \[rad/s^2\] for a load.
     #[must_use]
     pub fn accelerations(&self, load: GeneralisedForce) -> (f64, f64) {
         let under = |[force, moment]: [f64; 2]| force * load.heave + moment * load.pitch;
@@ -110,30 +107,30 @@ impl InverseInertia {
     }
 }
 
-/// The slopes of heave force and pitch moment about a state that does not turn.
+/// Slopes of heave force and pitch moment at a state with zero pitch rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slopes {
-    /// Of the heave force \[N\].
+    /// Slopes of the heave force \[N\].
     pub heave: Slope,
-    /// Of the pitch moment \[N m\].
+    /// Slopes of the pitch moment \[N m\].
     pub pitch: Slope,
 }
 
-/// The slopes of one force or moment.
+/// Slopes of one force or moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slope {
-    /// By heave velocity, per m/s.
+    /// Slope with respect to heave velocity, per m/s.
     pub w: f64,
-    /// By pitch rate, per rad/s.
+    /// Slope with respect to pitch rate, per rad/s.
     pub q: f64,
-    /// By pitch, per rad.
+    /// Slope with respect to pitch, per rad.
     pub theta: f64,
-    /// By plane angle, per rad.
+    /// Slope with respect to plane angle, per rad.
     pub delta: f64,
 }
 
 impl Derivatives {
-    /// The inertia matrix's inverse.
+    /// Inverse of the inertia matrix.
     #[must_use]
     pub fn inverse_inertia(&self) -> InverseInertia {
         let (i_w, i_q) = (self.heave_inertia, self.pitch_inertia);
@@ -145,8 +142,8 @@ impl Derivatives {
         }
     }
 
-    /// The force and moment of water and weight on the moving body, planes neutral, without added inertia: at
-    /// `w` \[m/s\], `q` \[rad/s\] and a pitch.
+    /// Force and moment of water and weight on the moving body with neutral planes, without added inertia, at `w` \[m/s\], `q` \[rad/s\]
+    /// and a pitch.
     #[must_use]
     pub fn hull_force(
         &self,
@@ -168,8 +165,8 @@ impl Derivatives {
         }
     }
 
-    /// The force and moment of the planes: bow and stern planes together at `delta` \[rad\], the bow planes at
-    /// `differential` \[rad\] more and the stern planes at so much less.
+    /// Force and moment of the planes: bow and stern planes together at `delta` \[rad\], plus `differential` \[rad\] on the bow planes and
+    /// minus it on the stern planes.
     #[must_use]
     pub fn plane_force(&self, delta: f64, differential: f64) -> GeneralisedForce {
         GeneralisedForce {
@@ -178,8 +175,8 @@ impl Derivatives {
         }
     }
 
-    /// The slopes of [`hull_force`](Self::hull_force) and [`plane_force`](Self::plane_force) at the heave velocity
-    /// and pitch of `state`, its pitch rate taken as 0, under the hydrostatic restoring moment.
+    /// Slopes of [`hull_force`](Self::hull_force) and [`plane_force`](Self::plane_force) at the heave velocity and pitch of `state` with
+    /// zero pitch rate and the hydrostatic restoring moment.
     #[must_use]
     pub fn slopes(&self, state: &State) -> Slopes {
         let (w, theta) = (state.heave, state.pitch);
@@ -199,7 +196,7 @@ impl Derivatives {
         }
     }
 
-    /// `w'` \[m/s^2\] and `q'` \[rad/s^2\] with the planes together at `delta` \[rad\].
+    /// `w'` \[m/s^2\] and `q'` \[rad/s^2\] with both pairs of planes at `delta` \[rad\].
     #[must_use]
     pub fn accelerations(
         &self,
@@ -214,15 +211,15 @@ impl Derivatives {
             .accelerations(hull + self.plane_force(delta, 0.0) + load)
     }
 
-    /// `w'` \[m/s^2\] with the planes at `delta` \[rad\], unloaded, under the hydrostatic
-    /// restoring moment (which matters only where heave and pitch are coupled).
+    /// `w'` \[m/s^2\] with the planes at `delta` \[rad\], without external load, with the hydrostatic restoring moment (which matters only
+    /// if heave and pitch are coupled).
     #[must_use]
     pub fn heave_acceleration(&self, state: &State, delta: f64) -> f64 {
         self.accelerations(state, delta, Restoring::Sine, GeneralisedForce::NONE)
             .0
     }
 
-    /// `q'` \[rad/s^2\] with the planes at `delta` \[rad\], unloaded.
+    /// `q'` \[rad/s^2\] with the planes at `delta` \[rad\], without external load.
     #[must_use]
     pub fn pitch_acceleration(&self, state: &State, delta: f64, restoring: Restoring) -> f64 {
         self.accelerations(state, delta, restoring, GeneralisedForce::NONE)
@@ -235,13 +232,13 @@ impl Derivatives {
         state.heave * libm::cos(state.pitch) - self.speed * libm::sin(state.pitch)
     }
 
-    /// `x'` \[m/s\], along the track.
+    /// `x'` \[m/s\], speed along the track.
     #[must_use]
     pub fn track_speed(&self, state: &State) -> f64 {
         self.speed * libm::cos(state.pitch) + state.heave * libm::sin(state.pitch)
     }
 
-    /// The rate of change of every part of the state, with the planes at `delta` \[rad\].
+    /// Derivative of every component of the state, with the planes at `delta` \[rad\].
     #[must_use]
     pub fn rates(&self, state: &State, delta: f64, restoring: Restoring) -> State {
         let (heave, pitch_rate) =

@@ -1,4 +1,4 @@
-//! How much kinetic energy still water lets a vehicle have in heave and pitch.
+//! Upper bound of a vehicle's kinetic energy in heave and pitch in still water.
 //!
 //! ```text
 //! T  = (m - Z_wdot) w^2 / 2 - Z_qdot w q + (I_y - M_qdot) q^2 / 2         (with M_wdot = Z_qdot)
@@ -6,13 +6,13 @@
 //!      + Z_ww |w|^3 + Z_qq w q|q| + M_ww w|w| q + M_qq |q|^3 + Z w + M q
 //! ```
 //!
-//! Along a direction `w = r cos, q = r sin` that is `T' <= (F + A r + B r^2) r`, the cross terms and the force `Z` and the
-//! moment `M` of planes, weight and waves taken with the signs that help most. With drag, `B < 0`, the energy falls beyond
-//! the positive root; the most energy at such a root, over all directions, is never passed from below.
+//! Along a direction `w = r cos, q = r sin` the bound is `T' <= (F + A r + B r^2) r`. The cross terms, and force `Z` and moment `M` of
+//! planes, weight and waves, have the most unfavourable signs. With drag, `B < 0`, the energy decreases beyond the positive root. The
+//! largest energy at such a root, over all directions, cannot be exceeded from below.
 
 use crate::{dynamics::State, vehicle::Derivatives};
 
-/// Directions of (w, q) that are looked along, within a right angle.
+/// Number of directions of (w, q) within a right angle.
 const DIRECTIONS: u32 = 256;
 
 impl Derivatives {
@@ -30,8 +30,8 @@ impl Derivatives {
             - 0.5 * (self.z_q_dot + self.m_w_dot) * w * q
     }
 
-    /// The kinetic energy \[J\] beyond which it falls, whatever the state, under at most such a force \[N\] and moment
-    /// \[N m\]; infinite where the model has no such bound.
+    /// Kinetic energy \[J\] above which it always decreases, for a force \[N\] and moment \[N m\] of at most these sizes; infinite if the
+    /// model has no such bound.
     #[must_use]
     pub fn most_kinetic_energy(&self, force: f64, moment: f64) -> f64 {
         if self.z_q_dot != self.m_w_dot {

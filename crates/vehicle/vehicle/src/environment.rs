@@ -1,11 +1,9 @@
 //! Water and gravity.
 //!
-//! Density enters the pressures; the
-//! vehicle's hydrodynamic coefficients keep the density they were made with (fresh water), and
-//! the vehicle is trimmed neutral in whatever water it is in. Sea water's 2.5 % is less than
-//! the coefficients' own uncertainty.
+//! The density affects the pressures only. The hydrodynamic coefficients keep their own density (fresh water), and the vehicle is trimmed
+//! neutral in any water. Sea water's difference of 2.5 % is less than the coefficients' uncertainty.
 //!
-//! Its extent and its waves: `depth_limits`, `seaway`.
+//! For its extent and its waves see `depth_limits` and `seaway`.
 
 /// Water and gravity, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,21 +12,21 @@ pub struct Environment {
     pub density: f64,
     /// `g` \[m/s^2\].
     pub gravity: f64,
-    /// At the surface \[Pa\], absolute.
+    /// Absolute pressure at the surface \[Pa\].
     pub atmospheric_pressure: f64,
 }
 
-/// Where depth is counted from \[m\].
+/// Depth of the surface \[m\].
 pub const SURFACE: f64 = 0.0;
 
 impl Environment {
-    /// The absolute pressure \[Pa\] at a depth \[m\]; above the surface the atmosphere's.
+    /// Absolute pressure \[Pa\] at a depth \[m\]; above the surface the atmospheric pressure.
     #[must_use]
     pub fn pressure(&self, depth: f64) -> f64 {
         self.atmospheric_pressure + self.density * self.gravity * (depth - SURFACE).max(0.0)
     }
 
-    /// The dynamic pressure `rho V^2 / 2` \[Pa\] at the speed `V` \[m/s\].
+    /// Dynamic pressure `rho V^2 / 2` \[Pa\] at the speed `V` \[m/s\].
     #[must_use]
     pub fn dynamic_pressure(&self, speed: f64) -> f64 {
         0.5 * self.density * speed * speed

@@ -1,17 +1,17 @@
-//! The coefficients of heave of a vehicle by its name or file: what an identification may take as known.
+//! Heave coefficients of a vehicle by its name or file, which an identification may use as known values.
 
 use planesman_linear::Error;
 
 use crate::pitch::coefficients;
 use crate::vehicle_file::{self, VehicleError};
 
-/// Why a vehicle has no coefficients of heave.
+/// Reason why a vehicle has no heave coefficients.
 #[derive(Debug, thiserror::Error)]
 pub enum HeaveError {
-    /// A vehicle that is refused.
+    /// The vehicle is refused.
     #[error(transparent)]
     Vehicle(#[from] VehicleError),
-    /// A vehicle without linear equations.
+    /// The vehicle has no linear equations.
     #[error("vehicle '{vehicle}' at {speed} m/s")]
     NotLinear {
         /// Its name.
@@ -23,11 +23,11 @@ pub enum HeaveError {
     },
 }
 
-/// nu, zeta, eta and epsilon of a built-in vehicle or a vehicle file about level flight at a speed, m/s: pitch acceleration per heave,
-/// 1/(m s); damping of heave, 1/s; heave acceleration per pitch rate, m/s, and per plane angle, m/s^2 per rad.
+/// nu, zeta, eta and epsilon of a built-in vehicle or a vehicle file about level flight at a speed, m/s: pitch acceleration per heave, 1/(m
+/// s); damping of heave, 1/s; heave acceleration per pitch rate, m/s, and per plane angle, m/s^2 per rad.
 ///
 /// # Errors
-/// A vehicle that is refused, or whose numbers overflow.
+/// If the vehicle is refused, or its numbers overflow.
 pub fn heave_of(vehicle: &str, speed: f64) -> Result<[f64; 4], HeaveError> {
     let vehicle = vehicle_file::load(vehicle)?;
     let coefficients = coefficients(&vehicle.derivatives(speed));

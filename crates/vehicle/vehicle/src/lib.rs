@@ -1,15 +1,17 @@
 #![doc = include_str!("../README.md")]
 //!
-//! - `dynamics`: the equations of the vertical plane: [`State`], [`GeneralisedForce`]; `vehicle`: [`Vehicle`], its [`Derivatives`].
-//! - `energy`: the most kinetic energy that planes and speed can give.
-//! - `axis`, `propulsion`: roll and yaw, one axis each: [`Axis`]; thrust and drag: [`Propulsion`].
-//! - `body`, `tick`, `motion`: the whole [`Body`] integrated over a tick; [`Motion`] of the vertical plane alone.
-//! - `attitude`, `planes`: rotations: [`Attitude`]; the plane angle over a tick: [`PlanePath`].
-//! - `environment`, `depth_limits`, `seaway`, `tether`: what surrounds the vehicle. [`Variant`]: parts of it left out.
-//! - `trim`: [`LevelFlight`]; [`linearised`]: linear models about it, [`transfer`]: their transfer functions, and [`pitch`]: its pitch equation alone.
-//! - [`vehicle_file`], [`identified`]: vehicles from YAML, from an identified model; [`coefficients`]: from geometry.
+//! - `dynamics`: equations of the vertical plane: [`State`], [`GeneralisedForce`]; `vehicle`: [`Vehicle`], its [`Derivatives`].
+//! - `energy`: upper bound of the kinetic energy.
+//! - `axis`, `propulsion`: roll and yaw as single axes: [`Axis`]; thrust and drag: [`Propulsion`].
+//! - `body`, `tick`, `motion`: the whole [`Body`] integrated over a tick; [`Motion`]: the vertical plane alone.
+//! - `attitude`, `planes`: rotations: [`Attitude`]; plane angle over a tick: [`PlanePath`].
+//! - `environment`, `depth_limits`, `seaway`, `tether`: the surroundings of the vehicle. [`Variant`]: the vehicle with parts of its
+//!   equations removed.
+//! - `trim`: [`LevelFlight`]; [`linearised`]: linear models about it; [`transfer`]: their transfer functions; [`pitch`]: the pitch equation
+//!   alone.
+//! - [`vehicle_file`]: vehicles from YAML; [`identified`]: from an identified model; [`coefficients`]: from geometry.
 //!
-//! Depth is positive down, pitch positive bow up, plane angles positive dive.
+//! Depth is positive down, pitch positive bow up, plane angles positive to dive.
 
 mod attitude;
 mod axis;

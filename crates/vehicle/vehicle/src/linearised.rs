@@ -1,8 +1,8 @@
-//! The vehicle about level flight at a constant speed, as a linear system.
+//! Linear models of the vehicle about level flight at a constant speed.
 //!
-//! The states are `(w, q, theta, z)`, the input is the plane angle `delta`, the outputs are `(q, theta, z, w)`.
-//! The equations are those of `dynamics`, with the forces' slopes ([`Derivatives::slopes`]) in level flight
-//! (`trim`). A neutral vehicle flies level on an even keel, and without coupling of the inertias that is
+//! The states are `(w, q, theta, z)`, the input is the plane angle `delta`, the outputs are `(q, theta, z, w)`. The equations are those of
+//! `dynamics`, with the slopes of the forces ([`Derivatives::slopes`]) in level flight (`trim`). A neutral vehicle flies level on an even
+//! keel. Without coupling of the inertias the model is then
 //!
 //! ```text
 //! w'     = (Z_w w + (Z_q + m U) q + Z_delta delta) / (m - Z_wdot)
@@ -11,11 +11,11 @@
 //! z'     = w - U theta
 //! ```
 //!
-//! A vehicle lighter than the water it displaces flies level at a small angle to its path. All variables
-//! are then departures from level flight. Where there is no level flight the slopes are those on an even keel.
+//! A vehicle lighter than its displaced water flies level at a small angle to its path. All variables are then deviations from level
+//! flight. If no level flight exists, the slopes on an even keel are used.
 //!
-//! Brunner 1988 forms such models in eq. (7) and Table 8, but prints `z' = w + U theta`, and
-//! samples every 0.05 of the unit of time `L / U` where 0.05 s is meant. Here both are put right.
+//! Brunner 1988 gives such models in eq. (7) and Table 8, but prints `z' = w + U theta`, and samples every 0.05 of the time unit `L / U`
+//! instead of every 0.05 s. Both are corrected here.
 
 use planesman_linear::{
     Complex, DMatrix, Domain, Error, StateSpace, TransferFunction, discrete_to_continuous,
@@ -39,7 +39,7 @@ planesman_text::choices! {
 }
 
 impl Output {
-    /// The gain's unit: of the output, per radian of plane angle.
+    /// Unit of the gain: that of the output per radian of plane angle.
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
@@ -51,16 +51,15 @@ impl Output {
     }
 }
 
-/// The linear system with the outputs [`Output::ALL`].
+/// Linear system with the outputs [`Output::ALL`].
 ///
 /// # Errors
-/// [`Error::NotFinite`] when the vehicle's numbers overflow.
+/// [`Error::NotFinite`], if the vehicle's numbers overflow.
 pub fn state_space(vehicle: &Vehicle, speed: f64) -> Result<StateSpace, Error> {
     state_space_of(&vehicle.derivatives(speed))
 }
 
-/// The same from derivatives, say of a [`Variant`](crate::Variant), under the
-/// hydrostatic restoring moment.
+/// The same from derivatives, for example of a [`Variant`](crate::Variant), with the hydrostatic restoring moment.
 ///
 /// # Errors
 /// As [`state_space`].
@@ -103,8 +102,7 @@ pub fn state_space_of(derivatives: &Derivatives) -> Result<StateSpace, Error> {
     )
 }
 
-/// From the plane angle to one output, without the depth where that is not asked for: nothing
-/// else depends on it.
+/// System from the plane angle to one output. Depth is a state only for the output depth, since no other output depends on it.
 ///
 /// # Errors
 /// As [`state_space`].
@@ -120,7 +118,7 @@ pub fn response(derivatives: &Derivatives, output: Output) -> Result<StateSpace,
     )
 }
 
-/// The pitch rate alone, `q` over `delta`.
+/// System from `delta` to the pitch rate `q` alone.
 ///
 /// # Errors
 /// As [`state_space`].
@@ -128,30 +126,29 @@ pub fn pitch_rate(vehicle: &Vehicle, speed: f64) -> Result<StateSpace, Error> {
     response(&vehicle.derivatives(speed), Output::PitchRate)
 }
 
-/// The true model of pitch rate over plane angle, which identification should find.
+/// True model from plane angle to pitch rate, the reference for identification.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrueModel {
-    /// `q / delta` sampled every `dt` with the plane angle held between \[1/s\]: the numerator
-    /// `[0, b1, b2, b3]` over `[1, a1, a2, a3]`.
+    /// `q / delta` sampled every `dt` behind a zero-order hold \[1/s\]: the numerator `[0, b1, b2, b3]` over `[1, a1, a2, a3]`.
     pub transfer_function: TransferFunction,
-    /// Its poles in the `z` plane, the slowest first.
+    /// Poles in the `z` plane, slowest first.
     pub poles: Vec<Complex<f64>>,
-    /// The same in the `s` plane \[rad/s\].
+    /// Poles in the `s` plane \[rad/s\], slowest first.
     pub continuous_poles: Vec<Complex<f64>>,
-    /// The steady pitch rate per plane angle \[1/s\]: 0, since the restoring moment stops any
-    /// turn. `None` when there is no restoring moment, or no way on.
+    /// Steady pitch rate per plane angle \[1/s\]: 0, since the restoring moment stops any rotation. `None` without a restoring moment or at
+    /// zero speed.
     pub steady_state_gain: Option<f64>,
 }
 
 /// The vehicle's true `q / delta` at a speed \[m/s\], sampled every `dt` \[s\].
 ///
 /// # Errors
-/// [`Error`] when the vehicle's numbers overflow or `dt` is not above zero.
+/// [`Error`], if the vehicle's numbers overflow or `dt` is not positive.
 pub fn true_model(vehicle: &Vehicle, speed: f64, dt: f64) -> Result<TrueModel, Error> {
     true_model_of(&vehicle.derivatives(speed), dt)
 }
 
-/// The same from derivatives, say of a [`Variant`](crate::Variant).
+/// The same from derivatives, for example of a [`Variant`](crate::Variant).
 ///
 /// # Errors
 /// As [`true_model`].

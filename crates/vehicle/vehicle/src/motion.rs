@@ -1,34 +1,34 @@
-//! A tick of motion in the vertical plane: the equations of `dynamics`
-//! integrated along a plane path, at a held speed. `body` does the work.
+//! Motion in the vertical plane over a tick: the equations of `dynamics` integrated along a plane path at a held speed. `body` performs the
+//! integration.
 
 use crate::{Restoring, environment::Environment, vehicle::Derivatives};
 
-/// A step was refused: it would have left the range of any vehicle.
+/// A refused step: the result would be outside the range of any vehicle.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("step refused, the motion diverges: {quantity} would be {value}, beyond {limit}")]
 pub struct Diverged {
-    /// The quantity out of range, with its unit.
+    /// Quantity out of range, with its unit.
     pub quantity: &'static str,
-    /// Where it would have gone; may be infinite or NaN.
+    /// Value that the step would give; may be infinite or NaN.
     pub value: f64,
-    /// The largest magnitude taken.
+    /// Largest allowed magnitude.
     pub limit: f64,
 }
 
-/// The parameters of a tick's motion in the vertical plane.
+/// Parameters of the motion in the vertical plane over a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
-    /// The vehicle at its speed.
+    /// Derivatives of the vehicle at its speed.
     pub derivatives: Derivatives,
-    /// How the restoring moment depends on pitch.
+    /// Dependence of the restoring moment on pitch.
     pub restoring: Restoring,
-    /// The water's surface.
+    /// Water and gravity.
     pub environment: Environment,
-    /// The longest step of the integration \[s\], which divides it where the error asks for it.
+    /// Longest integration step \[s\]; the error estimate may shorten it.
     pub step: f64,
 }
 
-/// The maneuvers of Brunner 1988, App. A, in consistent units.
+/// The manoeuvres of Brunner 1988, App. A, in consistent units.
 #[cfg(test)]
 mod tests {
     use planesman_testing::near;

@@ -1,17 +1,17 @@
-//! Normal numbers with mean 0 and variance 1, the same bits on every machine.
+//! Normal random numbers with mean 0 and variance 1, bit-identical on every machine.
 //!
-//! The ziggurat of Marsaglia and Tsang, "The ziggurat method for generating random variables", J. Stat. Software 5 (2000), with
-//! 256 layers. The crate `rand_distr` has it too, and gives the same numbers to the ten digits of its table, with the C library's logarithm.
+//! The ziggurat of Marsaglia and Tsang, "The ziggurat method for generating random variables", J. Stat. Software 5 (2000), with 256 layers.
+//! The crate `rand_distr` uses it too, and gives the same numbers within the ten digits of its table, but with the C library's logarithm.
 
 use std::sync::LazyLock;
 
 use rand_pcg::{Pcg64, rand_core::Rng as _};
 
-/// Where the tail begins.
+/// Begin of the tail.
 const TAIL: f64 = 3.654152885361009;
 const LAYERS: usize = 256;
 
-/// Right edge of each layer, from the lowest up to 0, and the density there.
+/// Right edge of each layer, from the lowest up to 0, and the density at this edge.
 static EDGES: LazyLock<[(f64, f64); LAYERS + 1]> = LazyLock::new(|| {
     // Every layer has the area of the lowest: its rectangle and the tail.
     let tail = std::f64::consts::FRAC_PI_2.sqrt() * libm::erfc(TAIL / std::f64::consts::SQRT_2);
@@ -32,7 +32,7 @@ fn density(x: f64) -> f64 {
     libm::exp(-x * x / 2.0)
 }
 
-/// The next normal number.
+/// Draws the next normal number.
 pub fn standard_normal(random: &mut Pcg64) -> f64 {
     loop {
         let bits = random.next_u64();
@@ -54,7 +54,7 @@ pub fn standard_normal(random: &mut Pcg64) -> f64 {
     }
 }
 
-/// A number of the tail, by Marsaglia's method of 1964.
+/// Draws a number of the tail, by Marsaglia's method of 1964.
 fn tail(random: &mut Pcg64) -> f64 {
     // Between 0 and 1, neither of them.
     let mut open = || ((random.next_u64() >> 12) as f64 + 0.5) * (0.5_f64).powi(52);

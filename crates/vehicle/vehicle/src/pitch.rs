@@ -1,14 +1,14 @@
-//! The pitch equation of a vehicle, and the coefficients in it.
+//! The pitch equation of a vehicle, and its coefficients.
 
 pub use planesman_linear::pitch::*;
 use planesman_linear::{Error, StateSpace};
 
 use crate::{linearised::state_space_of, vehicle::Derivatives};
 
-/// The coefficients of a vehicle about level flight, with heave.
+/// Coefficients of a vehicle about level flight, with heave.
 ///
 /// # Errors
-/// [`Error::NotFinite`] when the vehicle's numbers overflow.
+/// [`Error::NotFinite`], if the vehicle's numbers overflow.
 pub fn coefficients(derivatives: &Derivatives) -> Result<[f64; PITCH_AND_HEAVE], Error> {
     let StateSpace { a, b, .. } = state_space_of(derivatives)?;
     Ok([
@@ -22,7 +22,7 @@ pub fn coefficients(derivatives: &Derivatives) -> Result<[f64; PITCH_AND_HEAVE],
     ])
 }
 
-/// `kappa`, `beta`, `mu` of a vehicle that does not heave.
+/// `kappa`, `beta`, `mu` of a vehicle without heave.
 #[must_use]
 pub fn without_heave(d: &Derivatives) -> [f64; PITCH] {
     [d.m_delta, -d.m_q, d.restoring].map(|moment| moment / d.pitch_inertia)

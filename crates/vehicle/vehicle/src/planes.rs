@@ -1,41 +1,39 @@
-//! The plane angle over a tick: evenly spaced samples, linear between them.
+//! Plane angle over a tick: evenly spaced samples with linear interpolation.
 
-/// The most samples taken for one tick: one every 50 us of the usual 0.05 s.
+/// Largest number of samples in one tick: one every 50 us of the usual 0.05 s.
 const MOST_SAMPLES: usize = 1000;
 
-/// The largest plane angle taken \[rad\]: a right angle. Actuators stop well before.
+/// Largest allowed plane angle \[rad\]: a right angle. Actuators have smaller limits.
 const LARGEST_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
 
-/// Why a plane motion was not taken.
+/// Reason why a plane motion is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MotionError {
-    /// Fewer than two samples do not span a tick.
-    #[error(
-        "plane motion of {found} samples refused: at least 2 and at most {MOST_SAMPLES} are taken"
-    )]
+    /// The number of samples is not allowed; two samples are needed to span a tick.
+    #[error("plane motion of {found} samples refused: it must have 2 to {MOST_SAMPLES}")]
     Samples {
         /// Their number.
         found: usize,
     },
     /// The samples do not span the tick.
-    #[error("plane motion over {found} ns refused: a tick is {tick} ns")]
+    #[error("plane motion over {found} ns refused: the tick is {tick} ns")]
     Duration {
-        /// The motion's duration \[ns\].
+        /// Duration of the motion \[ns\].
         found: i64,
-        /// The tick \[ns\].
+        /// Length of the tick \[ns\].
         tick: i64,
     },
-    /// An angle no plane has.
+    /// The angle exceeds its limit.
     #[error("plane angle {value} rad (sample {index}) refused: it must lie in [-pi/2, pi/2]")]
     Angle {
-        /// Which sample, from 0.
+        /// Index of the sample, from 0.
         index: usize,
         /// Its value.
         value: f64,
     },
 }
 
-/// The plane angle `delta(t)` \[rad\], positive dive, from the start of a tick.
+/// Plane angle `delta(t)` \[rad\], positive to dive, from the start of a tick.
 #[derive(Clone, Copy, Debug)]
 pub struct PlanePath<'a> {
     samples: &'a [f64],
@@ -44,8 +42,8 @@ pub struct PlanePath<'a> {
 }
 
 impl<'a> PlanePath<'a> {
-    /// The path through `samples`, the first at the start of the tick and the last at its end.
-    /// Both durations are in nanoseconds and are to be the same.
+    /// Path through `samples`; the first is at the start of the tick, the last at its end. Both durations are in nanoseconds and must be
+    /// equal.
     ///
     /// # Errors
     /// [`MotionError`].
@@ -72,13 +70,13 @@ impl<'a> PlanePath<'a> {
         })
     }
 
-    /// The planes held at neutral.
+    /// Planes held at neutral.
     pub const NEUTRAL: PlanePath<'static> = PlanePath {
         samples: &[0.0],
         rate: 0.0,
     };
 
-    /// One angle, held.
+    /// A constant angle.
     #[must_use]
     pub fn held(angle: &'a f64) -> Self {
         Self {
@@ -87,14 +85,13 @@ impl<'a> PlanePath<'a> {
         }
     }
 
-    /// The largest angle's magnitude \[rad\].
+    /// Largest magnitude of the angle \[rad\].
     #[must_use]
     pub fn largest(&self) -> f64 {
         self.samples.iter().fold(0.0, |most, it| it.abs().max(most))
     }
 
-    /// The angle \[rad\] at `t` \[s\] from the start of the tick; before it the first, after its
-    /// end the last.
+    /// Angle \[rad\] at `t` \[s\] from the start of the tick; constant before the start and after the end.
     #[inline]
     #[must_use]
     pub fn at(&self, t: f64) -> f64 {
@@ -108,12 +105,12 @@ impl<'a> PlanePath<'a> {
         self.samples[before] + share * (self.samples[before + 1] - self.samples[before])
     }
 
-    /// The path over a step from `start` \[s\], of length `h` \[s\]: the angles \[rad\] at these shares of it.
+    /// Angles \[rad\] over a step from `start` \[s\] with length `h` \[s\], at shares of the step.
     ///
-    /// Where the path is straight, they are its own. Across corners they are those of the cubic whose moments over the
-    /// step, the integrals of `delta t^n` with `n` up to 3, are the path's. An angle enters the accelerations linearly, so
-    /// these moments make the state at the step's end, up to the product of four of the vehicle's rates: the step
-    /// need not end at a corner. Over a step of no length they are the angle at its start.
+    /// On a straight part of the path they are its own angles. Across corners they are those of the cubic with the same moments over the
+    /// step, the integrals of `delta t^n` with `n` up to 3. An angle enters the accelerations linearly, so these moments determine the
+    /// state at the step's end, except for the product of four of the vehicle's rates. The step therefore need not end at a corner. For a
+    /// step of zero length they are the angle at its start.
     pub(crate) fn over<const N: usize>(&self, start: f64, h: f64, shares: &[f64; N]) -> [f64; N] {
         let first = self.at(start);
         let last = self.samples.len() - 1;
@@ -250,7 +247,7 @@ mod tests {
         let refusal = PlanePath::new(&[0.0, 0.0], 1, TICK).expect_err("too short");
         assert_eq!(
             refusal.to_string(),
-            "plane motion over 1 ns refused: a tick is 50000000 ns"
+            "plane motion over 1 ns refused: the tick is 50000000 ns"
         );
     }
 }

@@ -1,4 +1,4 @@
-//! Readers of a file's quantities that are above zero: `#[serde(with = "positive::length")]`.
+//! Deserializers for positive quantities of a file: `#[serde(with = "positive::length")]`.
 
 use planesman_units::Rule::AboveZero;
 

@@ -1,4 +1,4 @@
-//! Thrust, drag and power: how fast the vehicle goes.
+//! Thrust, drag and power: the speed of the vehicle.
 //!
 //! ```text
 //! (m + m_x) U' = n T_full - D(U)              D = rho A C_D U^2 / 2
@@ -6,14 +6,12 @@
 //! C_f = 0.043 / Re^(1/6)                      Re = U l / nu
 //! ```
 //!
-//! Brunner 1988, II.E, Tables 5 and 6 (p. 58), turbulent, in fresh water, without the rounding of
-//! each column that the table carries on to the next. `n` in \[-1, 1\] is the share of full thrust, and full
-//! thrust is what the drag is at the speed the vehicle was designed for (5 ft/s, p. 57). The
-//! thesis' motor curves are lost: the motors are taken to answer at once. What turning and
-//! pitching add to the drag is left out, as in the report.
+//! Source: Brunner 1988, II.E, Tables 5 and 6 (p. 58), turbulent, in fresh water, but without the table's rounding of intermediate columns.
+//! `n` in \[-1, 1\] is the share of full thrust. Full thrust equals the drag at the design speed of the vehicle (5 ft/s, p. 57). The
+//! thesis' motor curves are lost, so the motors are assumed to respond at once. Additional drag due to turning and pitching is omitted, as
+//! in the report.
 //!
-//! The other coefficients are those of a vehicle under way, so it does not go astern: a thrust
-//! backwards brakes it until it stands.
+//! The other coefficients apply to a vehicle under way, so it does not go astern: reverse thrust brakes it until it stops.
 
 use planesman_units::{FOOT, SLUG};
 use serde::Deserialize;
@@ -36,33 +34,33 @@ pub struct Propulsion {
     /// `S_fb` \[m^2\], the wetted surface of the forebody.
     #[serde(with = "positive::area")]
     pub wetted_area: f64,
-    /// `l` \[m\], the plate's length in the Reynolds number.
+    /// `l` \[m\], length of the plate in the Reynolds number.
     #[serde(with = "positive::length")]
     pub plate_length: f64,
-    /// `m_x` \[kg\], the water that moves along.
+    /// `m_x` \[kg\], added mass of the water.
     #[serde(with = "positive::mass")]
     pub added_mass: f64,
-    /// \[m/s\], reached with full thrust.
+    /// Speed at full thrust \[m/s\].
     #[serde(with = "positive::speed")]
     pub design_speed: f64,
 }
 
 impl Propulsion {
-    /// `C_f` at a speed \[m/s\] above zero.
+    /// `C_f` at a positive speed \[m/s\].
     #[must_use]
     pub fn friction_coefficient(&self, speed: f64) -> f64 {
         let reynolds = speed * self.plate_length / KINEMATIC_VISCOSITY;
         0.043 / libm::pow(reynolds, 1.0 / 6.0)
     }
 
-    /// `C_fb` and `C_db` at a speed \[m/s\] above zero.
+    /// `C_fb` and `C_db` at a positive speed \[m/s\].
     #[must_use]
     pub fn drag_coefficients(&self, speed: f64) -> (f64, f64) {
         let forebody = self.friction_coefficient(speed) * self.wetted_area / self.frontal_area;
         (forebody, 0.029 / forebody.sqrt())
     }
 
-    /// `D` \[N\] at a speed \[m/s\]; none at rest.
+    /// `D` \[N\] at a speed \[m/s\]; 0 at rest.
     #[must_use]
     pub fn drag(&self, speed: f64) -> f64 {
         if speed <= 0.0 {
@@ -72,7 +70,7 @@ impl Propulsion {
         0.5 * DENSITY * self.frontal_area * (forebody + base) * speed * speed
     }
 
-    /// The power lost to drag \[W\] at a speed \[m/s\].
+    /// Power lost to drag \[W\] at a speed \[m/s\].
     #[must_use]
     pub fn power(&self, speed: f64) -> f64 {
         self.drag(speed) * speed
@@ -84,8 +82,8 @@ impl Propulsion {
         self.drag(self.design_speed)
     }
 
-    /// `U'` \[m/s^2\] at a speed \[m/s\] under a thrust \[N\], for a vehicle of `mass` \[kg\] with
-    /// `k` U^2 \[N\] of further drag. At rest a thrust backwards moves nothing.
+    /// `U'` \[m/s^2\] at a speed \[m/s\] with a thrust \[N\], for a vehicle of `mass` \[kg\] with additional drag `k` U^2 \[N\]. At rest a
+    /// reverse thrust has no effect.
     #[must_use]
     pub fn acceleration(&self, speed: f64, thrust: f64, mass: f64, k: f64) -> f64 {
         let force = thrust - self.drag(speed) - k * speed * speed.abs();

@@ -1,20 +1,19 @@
-//! Waves: a heave force and a pitch moment of a spectrum's narrow band.
+//! Waves: a heave force and a pitch moment with a narrow-band spectrum.
 //!
-//! White noise `n` through a lightly damped oscillator, the shaping filter
+//! White noise `n` passes through a lightly damped oscillator, the shaping filter
 //!
 //! ```text
 //! x'' + 2 zeta omega x' + omega^2 x = n        F = sigma_F x' / omega        M = sigma_M x
 //! ```
 //!
-//! with `x` of deviation 1. Its spectrum peaks at `omega = 2 pi / T`, the narrower the smaller
-//! `zeta`. `x'/omega` has deviation 1 too and is a quarter of a wave away from `x`, as the heave force on a
-//! slender hull is from the pitch moment: the one is greatest on the slope, the other between.
-//! Waves reach down as `exp(-k z)` with `k = omega^2 / g` (deep water).
+//! where `x` has the standard deviation 1. Its spectrum peaks at `omega = 2 pi / T`; a smaller `zeta` makes it narrower. `x'/omega` has the
+//! standard deviation 1 too, and a phase of a quarter wave relative to `x`. Heave force and pitch moment on a slender hull have this phase:
+//! one is largest on the slope of the wave, the other between slopes. Waves decay with depth as `exp(-k z)` with `k = omega^2 / g` (deep
+//! water).
 //!
-//! The filter is advanced a tick at a time, exactly: its state after a tick is normal, with the
-//! mean `Phi x` and the covariance `P - Phi P Phi^T`, `P` the stationary one. So the deviations are right
-//! whatever the tick. Over the tick force and moment are held. The random numbers depend on the
-//! seed and on how many ticks have passed, and on nothing else.
+//! The filter advances by ticks, exactly: its state after a tick is normal with the mean `Phi x` and the covariance `P - Phi P Phi^T`,
+//! where `P` is the stationary covariance. So the standard deviations do not depend on the tick. Force and moment are constant during a
+//! tick. The random numbers depend only on the seed and the number of ticks.
 
 use planesman_linear::{DMatrix, Error, StateSpace};
 use rand_pcg::{Pcg64, rand_core::SeedableRng};
@@ -22,14 +21,14 @@ use rand_pcg::{Pcg64, rand_core::SeedableRng};
 use crate::dynamics::GeneralisedForce;
 use crate::standard_normal;
 
-/// The waves asked for, in SI units.
+/// Parameters of the waves, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seaway {
-    /// `sigma_F` \[N\], the heave force's deviation at the surface.
+    /// `sigma_F` \[N\], standard deviation of the heave force at the surface.
     pub force: f64,
-    /// `sigma_M` \[N m\], the pitch moment's deviation at the surface.
+    /// `sigma_M` \[N m\], standard deviation of the pitch moment at the surface.
     pub moment: f64,
-    /// `T` \[s\], of the spectrum's peak.
+    /// `T` \[s\], period of the spectrum's peak.
     pub period: f64,
     /// `zeta`.
     pub damping: f64,
@@ -38,13 +37,13 @@ pub struct Seaway {
 /// The shaping filter over one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapingFilter {
-    /// `Phi`, of the state `(x, x'/omega)`.
+    /// `Phi`, transition matrix of the state `(x, x'/omega)`.
     transition: [[f64; 2]; 2],
-    /// The lower triangle whose square is the covariance of what a tick adds.
+    /// Lower triangular factor of the covariance added by a tick.
     noise: [[f64; 2]; 2],
 }
 
-/// A run of waves: the filter's state and where its noise comes from.
+/// State of the waves: the filter's state, and the source of its noise.
 #[derive(Clone, Debug)]
 pub struct Waves {
     state: [f64; 2],
@@ -52,7 +51,7 @@ pub struct Waves {
 }
 
 impl Seaway {
-    /// Whether there is any.
+    /// Whether there are no waves.
     #[must_use]
     pub fn is_calm(&self) -> bool {
         self.force == 0.0 && self.moment == 0.0
@@ -62,10 +61,10 @@ impl Seaway {
         std::f64::consts::TAU / self.period
     }
 
-    /// The filter over a tick of `dt` \[s\].
+    /// Shaping filter over a tick of `dt` \[s\].
     ///
     /// # Errors
-    /// When the numbers are not finite or `dt` is not above zero.
+    /// If the numbers are not finite or `dt` is not positive.
     pub fn filter(&self, dt: f64) -> Result<ShapingFilter, Error> {
         let omega = self.frequency();
         // Of (x, x'/omega): the stationary covariance is then the unit matrix.
@@ -103,7 +102,7 @@ impl Seaway {
 }
 
 impl Waves {
-    /// The waves of a seed, already under way.
+    /// Returns the waves of a seed in their stationary state.
     #[must_use]
     pub fn new(seed: u64) -> Self {
         // Another stream than the sensors', which are seeded with the same number.

@@ -1,19 +1,19 @@
-//! How long the steps of an integration are, by the errors estimated of them.
+//! Step size control of an integration by estimated errors.
 
-/// A step \[s\] that is not divided further, whatever its error: so a flight ends, and a motion that blows up is found.
+/// Shortest step \[s\]; it is accepted with any error, so that a flight ends and a diverging motion is detected.
 const SHORTEST: f64 = 1e-5;
 
-/// The steps over a time: equal parts of what is left of it, each as long as the error of the last allows.
+/// Steps over a time: equal parts of the remaining time, of a length that the last error allows.
 pub(crate) struct Steps {
     longest: f64,
-    /// The largest error of a step that is accepted.
+    /// Largest accepted error of a step.
     tolerance: f64,
-    /// How long the next may be \[s\].
+    /// Largest allowed length of the next step \[s\].
     pub(crate) wanted: f64,
 }
 
 impl Steps {
-    /// Of a longest step \[s\].
+    /// Creates a control with a longest step \[s\].
     pub(crate) fn new(longest: f64, tolerance: f64) -> Self {
         Self {
             longest,
@@ -22,14 +22,14 @@ impl Steps {
         }
     }
 
-    /// The length of the next step where so much is left \[s\], and whether it is the last.
+    /// Length of the next step for a remaining time \[s\], and whether it is the last step.
     #[inline]
     pub(crate) fn next(&self, left: f64) -> (f64, bool) {
         let parts = (left / self.wanted - 1e-9).ceil().max(1.0);
         (left / parts, parts == 1.0)
     }
 
-    /// Whether a step of length `h` \[s\] with that error is accepted; what follows is shorter or longer by it.
+    /// Whether a step of length `h` \[s\] with this error is accepted; adapts the next length.
     #[inline]
     pub(crate) fn accept(&mut self, h: f64, error: f64) -> bool {
         // NaN is too much. Equal parts of what is left may be longer than the shortest step by rounding.

@@ -1,24 +1,23 @@
-//! The tether: a line that hangs from the surface and is drawn through the water.
+//! The tether: a line from the surface that is drawn through the water.
 //!
-//! The report suspects its drag where runs and model disagree, and gives no numbers. Here: a
-//! line of diameter `d`, straight down from a float that keeps up with the vehicle, as long as
-//! the vehicle is deep. The water's drag on it is shared by its two ends:
+//! The report names its drag as a possible cause where runs and model disagree, but gives no numbers. The model is a straight vertical line
+//! of diameter `d` from a float that follows the vehicle; its length is the vehicle's depth. Both ends share the water's drag on it:
 //!
 //! ```text
 //! F = (rho C_D d z / 2) U^2 / 2           M = h F
 //! ```
 //!
-//! backwards on the vehicle, at the height `h` above the body's origin, so it turns the bow up. Its
-//! weight in water is nothing; that pitch turns `F` out of the body's x axis is left out.
+//! The force on the vehicle acts backwards at the height `h` above the body's origin, so it turns the bow up. Its weight in water is zero;
+//! the effect of pitch on the direction of `F` in body axes is neglected.
 
 /// A tether, in SI units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tether {
-    /// `d` \[m\]; 0: there is none.
+    /// `d` \[m\]; 0: no tether.
     pub diameter: f64,
-    /// `C_D` across the line; 1.2 for a smooth one.
+    /// `C_D` across the line; 1.2 for a smooth line.
     pub drag_coefficient: f64,
-    /// `h` \[m\], where it is made fast.
+    /// `h` \[m\], height of the attachment.
     pub above: f64,
 }
 
@@ -29,7 +28,7 @@ impl Tether {
         0.25 * density * self.drag_coefficient * self.diameter * depth.max(0.0)
     }
 
-    /// `M` \[N m\], positive bow up.
+    /// Pitch moment `M` \[N m\], positive bow up.
     #[must_use]
     pub fn moment(&self, depth: f64, speed: f64, density: f64) -> f64 {
         self.above * self.drag_per_square_speed(depth, density) * speed * speed

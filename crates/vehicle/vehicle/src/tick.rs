@@ -1,8 +1,8 @@
 //! The integration of the body's motion over a tick.
 //!
-//! All its equations are integrated together, by the method of order eight of Dormand and Prince. A step is at most as long as the
-//! motion's, and shorter where its estimated error would be above [`TOLERANCE`]; corners of the actuators' paths do
-//! not end it (`planes`). Near surface and bottom the way within a step is looked at (`depth_limits`).
+//! All equations are integrated together with the eighth-order method of Dormand and Prince. A step is never longer than the motion's, and
+//! shorter if its estimated error would exceed [`TOLERANCE`]; it may span corners of the actuators' paths (`planes`). Near surface and
+//! bottom the path within a step is checked (`depth_limits`).
 
 use planesman_linear::{DORMAND_PRINCE_NODES, dormand_prince_step};
 
@@ -18,25 +18,25 @@ use crate::{
     steps::Steps,
 };
 
-/// The largest error estimated of a step, the sum over the state's parts in SI units.
+/// Largest estimated error of a step, sum over the state's components in SI units.
 const TOLERANCE: f64 = 4e-12;
 
-/// A longer step \[s\] with a contact is divided: the depth within it is a cubic then (`depth_limits`), whose error no estimate has.
+/// A longer step \[s\] with a contact is divided: within it the depth is a cubic (`depth_limits`), whose error is not estimated.
 const LONGEST_STEP_WITH_A_CONTACT: f64 = 0.01;
 
-/// The quantities that are constant throughout a tick.
+/// Quantities that are constant during a tick.
 pub(crate) struct Tick<'a> {
     motion: &'a BodyMotion,
     inputs: &'a Inputs<'a>,
-    /// From outside, held.
+    /// External constant load.
     load: GeneralisedForce,
-    /// Neither inertia depends on the speed.
+    /// Inverse inertia; it does not depend on the speed.
     inertia: InverseInertia,
-    /// \[N\]; 0 where the speed is held.
+    /// Full thrust \[N\]; 0 if the speed is held.
     full_thrust: f64,
 }
 
-/// The state that is integrated: a number at each of these places.
+/// The integrated state, one number per component.
 type Vector = [f64; 11];
 
 const DISTANCE: usize = 0;
@@ -51,23 +51,22 @@ const ROLL_RATE: usize = 8;
 const YAW: usize = 9;
 const YAW_RATE: usize = 10;
 
-/// How the body's velocities change.
+/// Accelerations of the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Acceleration {
     /// `U'` \[m/s^2\]
     pub surge: f64,
     /// `w'` \[m/s^2\]
     pub heave: f64,
-    /// `q'` \[rad/s^2\], of the pitch angle's rate.
+    /// `q'` \[rad/s^2\], derivative of the pitch rate.
     pub pitch: f64,
-    /// The acceleration that surface or bottom adds to the origin's \[m/s^2\], straight down, while it holds the
-    /// body at its depth; the velocities above do not know of it.
+    /// Vertical acceleration of the origin \[m/s^2\], positive down, due to a surface or bottom that holds the body at its depth; the other
+    /// accelerations do not include it.
     pub boundary: f64,
 }
 
 impl Acceleration {
-    /// The acceleration of a body's origin by `U'` and `w'` alone, forward, right, down \[m/s^2\]:
-    /// `U' + q w`, `r U - p w`, `w' - q U`.
+    /// Acceleration of a body's origin due to `U'` and `w'` alone, forward, right, down \[m/s^2\]: `U' + q w`, `r U - p w`, `w' - q U`.
     #[must_use]
     pub fn of_the_origin(&self, body: &Body) -> [f64; 3] {
         let (u, w) = (body.speed, body.plane.heave);
@@ -77,11 +76,11 @@ impl Acceleration {
 }
 
 impl BodyMotion {
-    /// Where so many of the longest steps lead under the inputs, which start with the first, and `load`; and
-    /// the first contact on the way, its time from the first step's start.
+    /// State after a number of longest steps with `load` and the inputs, which begin at the first step; also the first contact, with its
+    /// time from the first step's start.
     ///
     /// # Errors
-    /// [`Diverged`] in place of a state that is not finite or no vehicle's.
+    /// [`Diverged`], if the state is not finite or outside the range of vehicles.
     pub fn advance(
         &self,
         from: &Body,
@@ -96,8 +95,8 @@ impl BodyMotion {
         Tick::new(self, inputs, load).advance(&body, steps)
     }
 
-    /// How the body's velocities change at the start of the inputs, under `load`; a boundary that
-    /// it is in contact with is given apart (`depth_limits`).
+    /// Accelerations of the body at the start of the inputs with `load`; the acceleration by a boundary in contact is separate
+    /// (`depth_limits`).
     #[must_use]
     pub fn acceleration(
         &self,
@@ -110,10 +109,10 @@ impl BodyMotion {
 }
 
 impl Motion {
-    /// The state after so many of the longest steps along the plane path, which starts with the first.
+    /// State after a number of longest steps along the plane path, which begins at the first step.
     ///
     /// # Errors
-    /// [`Diverged`] in place of a state that is not finite or no vehicle's.
+    /// [`Diverged`], if the state is not finite or outside the range of vehicles.
     pub fn advance(
         &self,
         from: &State,
@@ -222,7 +221,7 @@ impl<'a> Tick<'a> {
         found
     }
 
-    /// The rate of change of the state, whose angles are near others.
+    /// Derivative of the state, whose angles are near `near`.
     // Innermost: in line it is faster by a third.
     #[inline(always)]
     fn rates(&self, inputs: &Positions, near: &Rotation, y: &Vector) -> Vector {
@@ -276,7 +275,7 @@ impl<'a> Tick<'a> {
         body(y).depth_state(self.motion.current)
     }
 
-    /// Whether a limit could have been reached within a step of length `h`: a bound without the angles.
+    /// Whether a limit might be reached within a step of `h`: a bound that does not use the angles.
     fn comes_near_a_limit(&self, from: &Vector, to: &Vector, h: f64) -> bool {
         let BodyMotion {
             depth_limits,
@@ -291,7 +290,7 @@ impl<'a> Tick<'a> {
     }
 }
 
-/// The rotation turned on to a state's.
+/// The rotation updated to a state's angles.
 #[inline(always)]
 fn turned(near: &Rotation, y: &Vector) -> Rotation {
     Rotation {
@@ -333,7 +332,7 @@ fn body(y: &Vector) -> Body {
     }
 }
 
-/// Beyond these, place by place, the motion is no vehicle's, and the numbers are soon none.
+/// Limits of each component, beyond which numbers soon overflow.
 static LIMITS: [(&str, f64); 11] = [
     ("distance [m]", 1e9),
     ("distance across [m]", 1e9),

@@ -8,10 +8,10 @@ use planesman_text::number;
 use crate::linearised::{self, Output};
 use crate::{LevelFlight, Vehicle};
 
-/// Speeds at which a vehicle is linearised for its users \[m/s\].
+/// Allowed speeds of the linear models \[m/s\].
 pub const SPEEDS: RangeInclusive<f64> = 0.001..=100.0;
 
-/// Rates of the zero-order hold for its users \[Hz\].
+/// Allowed rates of the zero-order hold \[Hz\].
 pub const RATES: RangeInclusive<f64> = 0.01..=10_000.0;
 
 planesman_text::choices! {
@@ -23,48 +23,48 @@ planesman_text::choices! {
     }
 }
 
-/// Why there is no transfer function.
+/// Reason why there is no transfer function.
 #[derive(Debug, thiserror::Error)]
 pub enum TransferError {
-    /// Numbers that overflow, or a sampling rate that is not above zero.
+    /// The numbers overflow, or the sampling rate is not positive.
     #[error("vehicle '{vehicle}' at {speed} m/s")]
     Linear {
-        /// The vehicle's name.
+        /// Name of the vehicle.
         vehicle: String,
         /// Its speed \[m/s\].
         speed: f64,
         /// Why.
         source: Error,
     },
-    /// There is no pitch rate to divide by.
+    /// The planes do not affect the pitch rate.
     #[error("the planes have no effect on the pitch of this vehicle")]
     NoEffect,
-    /// The pitch rate moves nothing but the depth by itself.
+    /// Pitch rate is an input of the depth only.
     #[error("pitch_rate is an input for the output depth only")]
     NotAnInput,
 }
 
-/// A model before and after the zero-order hold, with its heading and remarks.
+/// A model before and after the zero-order hold, with heading and remarks.
 #[derive(Clone, Debug)]
 pub struct Models {
     /// Vehicle, signals, unit and speed.
     pub heading: String,
     /// The model in s.
     pub continuous: TransferFunction,
-    /// The unit of `s`.
+    /// Unit of `s`.
     pub frequency: &'static str,
     /// The model in z.
     pub sampled: TransferFunction,
-    /// The rate of the zero-order hold.
+    /// Rate of the zero-order hold.
     pub sampling: String,
-    /// The operating point, and what else is to be known.
+    /// Operating point, and other remarks.
     pub remarks: Vec<String>,
 }
 
-/// The transfer function between two signals at a speed \[m/s\], its input held over each sample at a rate \[Hz\].
+/// Returns the transfer function between two signals at a speed \[m/s\]; the input is held over each sample at a rate \[Hz\].
 ///
 /// # Errors
-/// A pair of input and output that has no model, numbers that overflow.
+/// If the pair of input and output has no model, or numbers overflow.
 pub fn models(
     vehicle: &Vehicle,
     (input, output): (Input, Output),
@@ -120,7 +120,7 @@ pub fn models(
     })
 }
 
-/// The operating point of the linearised model.
+/// Operating point of the linearised model.
 fn operating_point(level: Option<LevelFlight>) -> String {
     match level {
         Some(level) if level == LevelFlight::default() => {

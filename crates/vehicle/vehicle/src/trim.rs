@@ -1,12 +1,10 @@
-//! Trim: the pitch and the plane angle of level flight, at which the vehicle keeps its depth by itself.
+//! Trim: pitch and plane angle of level flight, at which the vehicle keeps its depth.
 //!
-//! With `w = U tan(theta)` the path is level, and with `q = 0` nothing turns. What remains are two
-//! equations, heave force and pitch moment both 0, in pitch and plane angle. The plane angle is
-//! in both to the first power and is taken from the moment; the pitch is found by Newton's method.
+//! With `w = U tan(theta)` the path is level, and `q = 0`. Two equations remain, zero heave force and zero pitch moment, for pitch and
+//! plane angle. Both are linear in the plane angle, which follows from the moment; Newton's method finds the pitch.
 //!
-//! A vehicle that weighs what it displaces flies level on an even keel with neutral planes. One that
-//! is lighter, as Prestero 2001 ballasts the REMUS, is pressed down by its hull flying bow down and
-//! by its planes, which hold the bow against the Munk moment.
+//! A neutrally buoyant vehicle flies level on an even keel with neutral planes. A lighter vehicle, such as the REMUS in Prestero 2001, is
+//! pressed down by its hull flying bow down, and by its planes, which balance the Munk moment.
 
 use crate::{
     Restoring, State,
@@ -15,7 +13,7 @@ use crate::{
     vehicle::Derivatives,
 };
 
-/// A steady flight at one depth.
+/// Steady flight at constant depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LevelFlight {
     /// `theta` \[rad\], positive bow up.
@@ -26,17 +24,17 @@ pub struct LevelFlight {
     pub planes: f64,
 }
 
-/// Newton steps; the REMUS at its working speed takes five.
+/// Largest number of Newton steps; the REMUS at its working speed needs five.
 const STEPS: usize = 50;
 
-/// A step this small \[rad\] is none: rounding moves the pitch by less.
+/// Steps below this size \[rad\] are ignored: rounding moves the pitch by less.
 const CLOSE: f64 = 1e-13;
 
-/// No flight is sought beyond this pitch \[rad\]: hulls stall long before.
+/// Largest pitch of the search \[rad\]; hulls stall at much smaller angles.
 const STEEPEST: f64 = std::f64::consts::FRAC_PI_4;
 
 impl LevelFlight {
-    /// The state of this flight at the origin.
+    /// State of this flight at the origin.
     #[must_use]
     pub fn state(&self) -> State {
         State {
@@ -48,8 +46,8 @@ impl LevelFlight {
 }
 
 impl Derivatives {
-    /// How this vehicle flies level, `None` when it cannot within 45 degrees of pitch: without
-    /// way on, or without planes, nothing holds a buoyant vehicle down.
+    /// Level flight of this vehicle; `None` if it does not exist within 45 degrees of pitch. At zero speed or without planes nothing holds
+    /// a buoyant vehicle down.
     #[must_use]
     pub fn level_flight(&self) -> Option<LevelFlight> {
         let mut flight = LevelFlight::default();

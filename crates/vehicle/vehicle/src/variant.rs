@@ -1,40 +1,39 @@
-//! The vehicle with a part of its equations changed or left out, as the thesis tries them.
+//! Variants of the vehicle with a part of its equations changed or removed, as in the thesis.
 //!
-//! Brunner 1988 turns heave, the restoring moment and the moment of heave `M_w` off and on, and
-//! has two ways to say how pitch is damped. Along the hull's coefficient `M'q`, damping is
-//! proportional to the speed. From the drag of the hull turning broadside on (Ch. II) it is
+//! Brunner 1988 switches heave, the restoring moment and the moment of heave `M_w` on and off, and describes pitch damping in two ways.
+//! With the hull's coefficient `M'q`, damping is proportional to the speed. From the drag of the hull rotating broadside (Ch. II) it is
 //!
 //! ```text
 //! M = -N |q| q      N = rho C_D A L^3 / 96
 //! ```
 //!
-//! whatever the speed; for linear analysis it is replaced at some rate `q0` by the secant `N q0`
-//! (By = 0.06 ft lbf s at 0.15 rad/s) or the tangent `2 N q0`.
+//! for all speeds. For linear analysis it is replaced at some rate `q0` by the secant `N q0` (By = 0.06 ft lbf s at 0.15 rad/s) or the
+//! tangent `2 N q0`.
 
 use crate::{axis::Axis, vehicle::Derivatives};
 use planesman_units::{FOOT, POUND_FORCE};
 
-/// `N` \[N m s^2/rad^2\] of the thesis' vehicle in pitch: 0.4193 ft lbf s^2 from a plate of 28 in
-/// by 7 in with `C_D = 1.2` (Ch. II; it prints 0.418).
+/// `N` \[N m s^2/rad^2\] of the thesis' vehicle in pitch: 0.4193 ft lbf s^2 from a plate of 28 in by 7 in with `C_D = 1.2` (Ch. II, which
+/// prints 0.418).
 pub const BRUNNER_VISCOUS_DAMPING: f64 = 0.4193 * FOOT * POUND_FORCE;
 
-/// The pitch rate \[rad/s\] at which the thesis takes the secant.
+/// Pitch rate \[rad/s\] of the thesis' secant.
 pub const BRUNNER_SECANT_RATE: f64 = 0.15;
 
-/// How pitch is damped.
+/// Law of the pitch damping.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum PitchDamping {
-    /// `M_q q + M_qq q|q|`, the vehicle's own coefficients at its speed; the others replace both.
+    /// `M_q q + M_qq q|q|`, with the vehicle's own coefficients at its speed; the other laws replace both.
     #[default]
     Coefficient,
-    /// `-N q0 q`: right at the pitch rate `q0`, too much below it.
+    /// `-N q0 q`: exact at the pitch rate `q0`, too large below it.
     Secant {
         /// `N` \[N m s^2/rad^2\].
         viscous: f64,
         /// `q0` \[rad/s\].
         rate: f64,
     },
-    /// `-2 N q0 q`: right for small changes about the pitch rate `q0`.
+    /// `-2 N q0 q`: exact for small changes about the pitch rate `q0`.
     Tangent {
         /// `N` \[N m s^2/rad^2\].
         viscous: f64,
@@ -51,11 +50,11 @@ pub enum PitchDamping {
 /// The changes. The default changes nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Variant {
-    /// How pitch is damped.
+    /// Law of the pitch damping.
     pub damping: PitchDamping,
-    /// Whether the vehicle heaves at all; without, it goes where its bow points.
+    /// Whether the vehicle heaves; without heave it moves in the direction of its bow.
     pub heave: bool,
-    /// Whether heave turns the vehicle: `M_w`, and `M_ww` and `M_wdot` where it has them.
+    /// Whether heave causes a pitch moment: `M_w`, and `M_ww` and `M_wdot` if present.
     pub heave_moment: bool,
     /// Whether there is a restoring moment `W BG`, in pitch and in roll.
     pub restoring_moment: bool,
@@ -73,7 +72,7 @@ impl Default for Variant {
 }
 
 impl Variant {
-    /// The derivatives of the changed vehicle.
+    /// Derivatives of the changed vehicle.
     #[must_use]
     pub fn apply(&self, mut d: Derivatives) -> Derivatives {
         match self.damping {
@@ -98,7 +97,7 @@ impl Variant {
         d
     }
 
-    /// The roll plant of the changed vehicle.
+    /// Roll plant of the changed vehicle.
     #[must_use]
     pub fn apply_to_roll(&self, roll: Axis) -> Axis {
         Axis {

@@ -1,8 +1,7 @@
-//! A vehicle: particulars, nondimensional coefficients, and its derivatives at a speed.
+//! A vehicle: particulars, nondimensional coefficients, and derivatives at a speed.
 //!
-//! Coefficients are nondimensional as Brunner 1988 has them (Table 1, p. 41), with the reference
-//! length `L` and the reference mass `m0 = rho L^2 T / 2` (Table 2). Their dimensional values at
-//! the speed `U` follow from the factors
+//! Coefficients are nondimensional as in Brunner 1988 (Table 1, p. 41), with the reference length `L` and the reference mass
+//! `m0 = rho L^2 T / 2` (Table 2). Their dimensional values at the speed `U` follow from the factors
 //!
 //! ```text
 //! Z_wdot  m0        Z_w  m0 U / L    Z_q  m0 U      Z_delta  m0 U^2 / L
@@ -12,14 +11,11 @@
 //! M_ww   m0         M_qq m0 L^2  M_wdot  m0 L
 //! ```
 //!
-//! so damping grows with the speed and plane forces with its square, while the cross-flow drag of
-//! the second line does not know the speed, nor does the restoring moment `W BG sin(theta)`.
-//! Without cross-flow drag there is no damping at all at rest: linear coefficients are those of
-//! a vehicle under way. Coefficients published in SI units (Prestero 2001: `Z_uw` \[kg/m\] and so
-//! on) are the same with `L` = 1 m and `m0` = 1 kg.
+//! So damping grows with the speed, and plane forces with its square. Cross-flow drag (second line) and the restoring moment
+//! `W BG sin(theta)` do not depend on the speed. Without cross-flow drag there is no damping at rest: linear coefficients apply to a
+//! vehicle under way. Coefficients published in SI units (Prestero 2001: `Z_uw` \[kg/m\] etc.) use `L` = 1 m and `m0` = 1 kg.
 //!
-//! Roll, yaw and propulsion are the report's plants of one axis each (ch. II,
-//! [`Axis`], [`Propulsion`]); a vehicle may lack them.
+//! Roll, yaw and propulsion are the report's single-axis plants (ch. II, [`Axis`], [`Propulsion`]); a vehicle may lack them.
 
 use planesman_units::{Rule, readers};
 use serde::Deserialize;
@@ -37,31 +33,31 @@ readers! {
 pub struct Vehicle {
     /// Its name.
     pub name: String,
-    /// `L` \[m\], of the coefficients.
+    /// `L` \[m\], reference length of the coefficients.
     pub reference_length: f64,
-    /// `m0` \[kg\], of the coefficients.
+    /// `m0` \[kg\], reference mass of the coefficients.
     pub reference_mass: f64,
     /// `m` \[kg\].
     pub mass: f64,
     /// `W` \[N\].
     pub weight: f64,
-    /// `B` \[N\]; equal to the weight when the vehicle is trimmed neutral.
+    /// `B` \[N\]; equal to the weight if the vehicle is neutrally buoyant.
     pub buoyancy: f64,
-    /// `BG` \[m\]: the centre of gravity's depth below the centre of buoyancy.
+    /// `BG` \[m\]: depth of the centre of gravity below the centre of buoyancy.
     pub restoring_arm: f64,
-    /// `z_G` \[m\]: the centre of gravity's depth below the body's origin.
+    /// `z_G` \[m\]: depth of the centre of gravity below the body's origin.
     pub gravity_below_origin: f64,
-    /// The nondimensional coefficients.
+    /// Nondimensional coefficients.
     pub coefficients: Coefficients,
-    /// Where the planes act, to tell bow from stern planes; `None`: they move together alone.
+    /// Positions of the planes, which separate bow from stern planes; `None`: the planes only move together.
     pub planes: Option<PlaneArms>,
-    /// Where depth is sensed.
+    /// Position of the depth sensor.
     pub depth_port: Port,
-    /// How it rolls under the roll differential; `None`: it stays upright.
+    /// Roll axis, driven by the roll differential; `None`: no roll.
     pub roll: Option<Axis>,
-    /// How it turns under the rudder; `None`: it keeps its heading.
+    /// Yaw axis, driven by the rudder; `None`: constant heading.
     pub yaw: Option<Axis>,
-    /// Thrust and drag; `None`: its speed can only be held.
+    /// Thrust and drag; `None`: the speed can only be held.
     pub propulsion: Option<Propulsion>,
 }
 
@@ -69,10 +65,10 @@ pub struct Vehicle {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Coefficients {
-    /// `Z'wdot`: heave force per heave acceleration, less than 0 (added mass).
+    /// `Z'wdot`: heave force per heave acceleration, negative (added mass).
     #[serde(with = "coefficient")]
     pub z_w_dot: f64,
-    /// `Z'w`: heave force per heave velocity, less than 0 (damping).
+    /// `Z'w`: heave force per heave velocity, negative (damping).
     #[serde(with = "coefficient")]
     pub z_w: f64,
     /// `Z'q`: heave force per pitch rate.
@@ -84,10 +80,10 @@ pub struct Coefficients {
     /// `M'w`: pitch moment per heave velocity.
     #[serde(with = "coefficient")]
     pub m_w: f64,
-    /// `M'q`: pitch moment per pitch rate, less than 0 (damping).
+    /// `M'q`: pitch moment per pitch rate, negative (damping).
     #[serde(with = "coefficient")]
     pub m_q: f64,
-    /// `I'y - M'qdot`: moment of inertia with the added one.
+    /// `I'y - M'qdot`: moment of inertia including added inertia.
     #[serde(with = "coefficient")]
     pub i_y_minus_m_q_dot: f64,
     /// `M'delta`: pitch moment per plane angle.
@@ -113,11 +109,10 @@ pub struct Coefficients {
     pub m_qq: f64,
 }
 
-/// Where the bow and the stern planes' forces act, along body x \[m\] from the body's origin and
-/// positive forward; the bow planes are the farther ahead.
+/// Positions of the bow and stern planes' forces, along body x \[m\] from the body's origin and positive forward; the bow planes have the
+/// larger value.
 ///
-/// The coefficients `Z_delta` and `M_delta` are those of both pairs at one angle. With the arms they
-/// leave one force for each pair that gives just these:
+/// The coefficients `Z_delta` and `M_delta` apply to both pairs at the same angle. With the arms they determine the force of each pair:
 ///
 /// ```text
 /// Z_b + Z_s = Z_delta        -x_b Z_b - x_s Z_s = M_delta
@@ -131,40 +126,39 @@ pub struct PlaneArms {
     /// `x_s`
     #[serde(with = "place")]
     pub stern: f64,
-    /// The moment arm of the ram that turns the planes \[m\], for viewers alone: the actuator has its own. None: there is no ram to show.
+    /// Moment arm of the ram that turns the planes \[m\], only for viewers; the actuator has its own. `None`: no ram is shown.
     #[serde(default, with = "positive::optional_length")]
     pub moment_arm: Option<f64>,
 }
 
 impl PlaneArms {
-    /// `Z_b` and `Z_s` \[N/rad\] of `Z_delta` \[N/rad\] and `M_delta` \[N m/rad\].
+    /// `Z_b` and `Z_s` \[N/rad\] from `Z_delta` \[N/rad\] and `M_delta` \[N m/rad\].
     #[must_use]
     pub fn forces(&self, z_delta: f64, m_delta: f64) -> (f64, f64) {
         let z_bow = -(m_delta + self.stern * z_delta) / (self.bow - self.stern);
         (z_bow, z_delta - z_bow)
     }
 
-    /// The force \[N/rad\] and moment \[N m/rad\] of bow planes at an angle and stern planes at the
-    /// opposite one.
+    /// Force \[N/rad\] and moment \[N m/rad\] of bow and stern planes at opposite angles.
     fn differential(&self, z_delta: f64, m_delta: f64) -> (f64, f64) {
         let (z_bow, z_stern) = self.forces(z_delta, m_delta);
         (z_bow - z_stern, self.stern * z_stern - self.bow * z_bow)
     }
 }
 
-/// A place on the hull, from the body's origin.
+/// A position on the hull, from the body's origin.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Port {
-    /// Along body x \[m\], positive forward.
+    /// Position along body x \[m\], positive forward.
     #[serde(with = "place")]
     pub forward: f64,
-    /// Along body z \[m\], positive towards the keel.
+    /// Position along body z \[m\], positive towards the keel.
     #[serde(with = "place")]
     pub below: f64,
 }
 
-/// The dimensional derivatives at one speed, in SI units.
+/// Dimensional derivatives at one speed, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Derivatives {
     /// `U` \[m/s\].
@@ -173,7 +167,7 @@ pub struct Derivatives {
     pub heave_inertia: f64,
     /// `Z_w` \[N s/m\].
     pub z_w: f64,
-    /// `Z_q + m U` \[N s/rad\]: lift on the turning hull, and the centripetal term.
+    /// `Z_q + m U` \[N s/rad\]: lift on the rotating hull, and the centripetal term.
     pub z_q_plus_m_u: f64,
     /// `Z_delta` \[N/rad\].
     pub z_delta: f64,
@@ -185,7 +179,7 @@ pub struct Derivatives {
     pub m_q: f64,
     /// `M_delta` \[N m/rad\].
     pub m_delta: f64,
-    /// `Z_b - Z_s` \[N/rad\], of bow planes against stern planes; 0 where they move together alone.
+    /// `Z_b - Z_s` \[N/rad\], of bow planes against stern planes; 0 if they only move together.
     pub z_differential: f64,
     /// `x_s Z_s - x_b Z_b` \[N m/rad\].
     pub m_differential: f64,
@@ -201,8 +195,8 @@ pub struct Derivatives {
     pub z_qq: f64,
     /// `M_ww` \[kg\].
     pub m_ww: f64,
-    /// `M_qq` \[kg m^2\]: damping by the square of the pitch rate. The report's coefficients have
-    /// none; [`Variant`](crate::Variant) may.
+    /// `M_qq` \[kg m^2\]: damping by the square of the pitch rate. It is 0 for the report's coefficients, but not for every
+    /// [`Variant`](crate::Variant).
     pub m_qq: f64,
     /// `m z_G` \[kg m\].
     pub first_moment: f64,
@@ -211,7 +205,7 @@ pub struct Derivatives {
 }
 
 impl Vehicle {
-    /// The dimensional derivatives at the speed `u` \[m/s\].
+    /// Dimensional derivatives at the speed `u` \[m/s\].
     #[must_use]
     pub fn derivatives(&self, u: f64) -> Derivatives {
         let Coefficients {

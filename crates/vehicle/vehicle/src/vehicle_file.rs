@@ -1,11 +1,9 @@
-//! Vehicle files: YAML, every dimensional value with its unit (`28 in`), checked and converted to SI once.
+//! Vehicle files in YAML: every dimensional value has its unit (`28 in`) and is checked and converted to SI once.
 //!
-//! `vehicles/brunner.yaml` and `vehicles/remus_100.yaml` are the patterns, and are built in under the
-//! names `brunner` and `remus_100`; so is `brunner_as_printed`, the vehicle that the thesis' programs
-//! describe with their errors. What a vehicle does not have is left out: `buoyancy` is then the
-//! weight, `gravity_below_origin` and the coefficients from `z_q_dot` on are 0, and without `planes`,
-//! `roll`, `yaw` or `propulsion` its bow and stern planes move together alone, and it does not heel,
-//! turn or go by thrust.
+//! `vehicles/brunner.yaml` and `vehicles/remus_100.yaml` are templates, built in under the names `brunner` and `remus_100`. Also built in
+//! is `brunner_as_printed`, the vehicle of the thesis' programs with their errors. Optional entries may be omitted. Without `buoyancy` it
+//! equals the weight; `gravity_below_origin` and the coefficients from `z_q_dot` on default to 0. Without `planes`, bow and stern planes
+//! only move together; without `roll`, `yaw` or `propulsion` the vehicle does not roll, turn or change its speed by thrust.
 
 use std::path::Path;
 
@@ -24,18 +22,18 @@ use crate::{
 use planesman_text::yaml::{self, Refusal};
 use planesman_units::{Quantity, Rule, readers};
 
-/// The vehicle that needs no file: the NPS model of Brunner 1988.
+/// Built-in vehicle: the NPS model of Brunner 1988.
 pub const BRUNNER: &str = "brunner";
 
-/// The vehicle of programs T2 to T5 with their errors left in, of Brunner 1988 too.
+/// Built-in vehicle of programs T2 to T5 of Brunner 1988, with their errors.
 pub const BRUNNER_AS_PRINTED: &str = "brunner_as_printed";
 
-/// The REMUS 100 of Prestero 2001.
+/// Built-in vehicle: the REMUS 100 of Prestero 2001.
 pub const REMUS_100: &str = "remus_100";
 
 const BRUNNER_FILE: &str = include_str!("../vehicles/brunner.yaml");
 
-/// The vehicles that need no file, each with its text.
+/// Built-in vehicles, each with its text.
 const BUILT_IN: &[(&str, &str)] = &[
     (BRUNNER, BRUNNER_FILE),
     (
@@ -45,47 +43,48 @@ const BUILT_IN: &[(&str, &str)] = &[
     (REMUS_100, include_str!("../vehicles/remus_100.yaml")),
 ];
 
-/// Why a vehicle was not taken.
+/// Reason why a vehicle is refused.
 #[derive(Debug, thiserror::Error)]
 pub enum VehicleError {
-    /// The file could not be read.
+    /// The file cannot be read.
     #[error(
-        "vehicle file '{file}': {reason} (built in are {}){}",
+        "vehicle file '{file}': {reason}; built in are {}{}",
         names(),
         similar_vehicle(file)
     )]
     Unreadable {
         /// Its path.
         file: String,
-        /// The system's error.
+        /// Error of the operating system.
         reason: std::io::Error,
     },
-    /// It has six degrees of freedom.
+    /// The vehicle has six degrees of freedom.
     #[error(
-        "vehicle '{0}' has six degrees of freedom, which plant_sim (dive, sim, sweep) and six-dof take; here one of the vertical plane is asked for: {names}",
+        "vehicle '{0}' has six degrees of freedom, which only plant_sim (dive, sim, sweep) and \
+         six-dof accept; here use a vehicle of the vertical plane: {names}",
         names = plane_names()
     )]
     OfSixDegrees(String),
-    /// The text is not YAML of the right form.
+    /// The text is not YAML of the expected form.
     #[error("vehicle file '{file}': {reason}")]
     Malformed {
         /// Its path.
         file: String,
-        /// The field and the line.
+        /// Field and line.
         reason: String,
     },
-    /// A value breaks a rule.
+    /// A value violates a rule.
     #[error("vehicle file '{file}': {refusal}")]
     Refused {
         /// Its path.
         file: String,
-        /// The field, its value and the rule.
+        /// Field, value and rule.
         refusal: Refusal,
     },
-    /// An identified model's file is not well formed.
+    /// The file of an identified model is not valid.
     #[error(transparent)]
     Model(#[from] planesman_model_file::Error),
-    /// No vehicle follows the identified model.
+    /// No vehicle can be made from the identified model.
     #[error("model file '{file}': {reason}")]
     Identified {
         /// Its path.
@@ -95,17 +94,15 @@ pub enum VehicleError {
     },
 }
 
-/// A built-in vehicle by its name, or else the one in the file at that path; as [`load_on`] the
-/// vehicle [`BRUNNER`].
+/// Loads a built-in vehicle by name, or else the file at that path; the base vehicle of [`load_on`] is [`BRUNNER`].
 ///
 /// # Errors
-/// [`VehicleError`], which names the file, the field, the value and the rule.
+/// [`VehicleError`], with file, field, value and rule.
 pub fn load(name_or_path: &str) -> Result<Vehicle, VehicleError> {
     load_on(name_or_path, BRUNNER)
 }
 
-/// The same, where the file may be an identified model's; it takes what it does not say from the vehicle
-/// `base` ([`identified`]).
+/// The same, but the file may be that of an identified model; the vehicle `base` gives the missing data ([`identified`]).
 ///
 /// # Errors
 /// As [`load`].
@@ -123,8 +120,7 @@ pub fn load_on(name_or_path: &str, base: &str) -> Result<Vehicle, VehicleError> 
     })
 }
 
-/// The geometry of the vehicle that [`load_on`] takes, `None` when its file has none; of an identified model
-/// it is the base's.
+/// Geometry of the vehicle that [`load_on`] loads; `None` if its file has none. For an identified model it is the base's.
 ///
 /// # Errors
 /// As [`load`].
@@ -136,7 +132,7 @@ pub fn geometry_on(name_or_path: &str, base: &str) -> Result<Option<Geometry>, V
     written(name_or_path, &text).map(|file| file.geometry)
 }
 
-/// The geometry of a vehicle, `None` when its file has none.
+/// Geometry of a vehicle; `None` if its file has none.
 ///
 /// # Errors
 /// As [`load`].
@@ -144,19 +140,19 @@ pub fn geometry(name_or_path: &str) -> Result<Option<Geometry>, VehicleError> {
     written(name_or_path, &text_of(name_or_path)?).map(|file| file.geometry)
 }
 
-/// The built-in vehicle that was probably meant, as a question.
+/// A suggestion of the built-in vehicle, as a question.
 fn similar_vehicle(name: &str) -> String {
     let plane = BUILT_IN.iter().map(|(name, _)| *name);
     planesman_text::did_you_mean(name, plane.chain(six_dof::built_in()))
 }
 
-/// The names of the built-in vehicles of the vertical plane.
+/// Names of the built-in vehicles of the vertical plane.
 fn plane_names() -> String {
     let names: Vec<&str> = BUILT_IN.iter().map(|(name, _)| *name).collect();
     names.join(", ")
 }
 
-/// Those too that [`crate::six_dof`] has.
+/// The same, and those of [`crate::six_dof`].
 fn names() -> String {
     let six: Vec<&str> = six_dof::built_in().collect();
     format!(
@@ -166,7 +162,7 @@ fn names() -> String {
     )
 }
 
-/// The text of a built-in vehicle, of the plane or of six degrees of freedom, or of the file at that path.
+/// Text of a built-in vehicle of either kind, or of the file at that path.
 ///
 /// # Errors
 /// [`VehicleError::Unreadable`].
@@ -177,7 +173,7 @@ pub fn text(name_or_path: &str) -> Result<String, VehicleError> {
     }
 }
 
-/// The text of a built-in vehicle of the plane, or of the file at that path.
+/// Text of a built-in vehicle of the vertical plane, or of the file at that path.
 fn text_of(name_or_path: &str) -> Result<String, VehicleError> {
     if let Some((_, text)) = BUILT_IN.iter().find(|(name, _)| *name == name_or_path) {
         return Ok((*text).to_owned());
@@ -192,7 +188,7 @@ fn text_of(name_or_path: &str) -> Result<String, VehicleError> {
     planesman_text::read(Path::new(name_or_path)).map_err(unreadable)
 }
 
-/// The vehicle in `text`; `file` is named in errors.
+/// Parses the vehicle in `text`; errors name `file`.
 ///
 /// # Errors
 /// [`VehicleError::Malformed`], [`VehicleError::OfSixDegrees`] or [`VehicleError::Refused`].
@@ -221,7 +217,7 @@ fn written(file: &str, text: &str) -> Result<VehicleFile, VehicleError> {
 /// The NPS model vehicle of Brunner 1988.
 ///
 /// # Panics
-/// Never: a test reads the file that is compiled in.
+/// Never: a test reads the built-in file.
 #[must_use]
 pub fn brunner() -> Vehicle {
     parse(BRUNNER, BRUNNER_FILE).expect("the built-in vehicle file is valid")
@@ -253,7 +249,7 @@ struct VehicleFile {
     roll: Option<Axis>,
     yaw: Option<Axis>,
     propulsion: Option<Propulsion>,
-    /// Read by the coefficient workbench alone.
+    /// Used by the computation of coefficients only.
     #[serde(default)]
     geometry: Option<Geometry>,
 }
@@ -283,7 +279,7 @@ struct Particulars {
 }
 
 impl VehicleFile {
-    /// The rules that a value breaks for a vehicle: the field, and what is accepted there.
+    /// Checks the rules of a vehicle; an error names the field and the allowed values.
     fn check(&self) -> Result<(), (&'static str, &'static str)> {
         let (length, reference_mass) = (self.reference.length, self.reference.mass);
         let (p, c) = (&self.particulars, &self.coefficients);
@@ -292,13 +288,13 @@ impl VehicleFile {
         let heave_inertia = p.mass - c.z_w_dot * reference_mass;
         let pitch_inertia = c.i_y_minus_m_q_dot * reference_mass * length * length;
         let coupling = c.z_q_dot * c.m_w_dot * (reference_mass * length).powi(2);
-        let passive = "it must not be above zero: it would feed energy to the motion";
+        let passive = "it must not be above zero, since it would add energy to the motion";
         let far = "it must not be farther from the body's origin than the reference length";
         let rules = [
             (
                 p.restoring_arm >= 0.0,
                 "particulars.restoring_arm",
-                "it must not be below zero: the vehicle would turn over",
+                "it must not be below zero, since the vehicle would turn over",
             ),
             (c.z_w_dot <= 0.0, "coefficients.z_w_dot", passive),
             (c.z_w <= 0.0, "coefficients.z_w", passive),
@@ -313,7 +309,8 @@ impl VehicleFile {
             (
                 coupling.abs() < heave_inertia * pitch_inertia,
                 "coefficients.z_q_dot",
-                "it must leave the inertia positive: z_q_dot m_w_dot is at least that of heave times pitch",
+                "it must keep the inertia positive: z_q_dot m_w_dot is at least that of heave \
+                 times pitch",
             ),
             (
                 on_hull(p.gravity_below_origin),

@@ -215,7 +215,7 @@ fn a_record_that_says_nothing_is_refused_with_the_reason() {
                 .fit(&problem)
                 .unwrap_err()
                 .to_string()
-                .contains("determines"),
+                .contains("determine"),
             "{method:?}"
         );
     }

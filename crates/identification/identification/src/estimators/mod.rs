@@ -11,7 +11,7 @@
 //! | [`Fir`] | the error of a weighted sum of past inputs | anything independent of the input |
 //! | [`Recursively`] | least squares, ARMAX, output error, a sample at a time | as those |
 //! | [`Process`] | the simulated error of a gain, one or two time constants and a dead time | anything independent of the input |
-//! | [`FrequencyDomain`] | the error of a transfer function with dead time against the frequency response, in dB and phase | anything independent of the input, or of the reference |
+//! | [`FrequencyDomain`] | a transfer function with dead time: its error in dB and phase | anything independent of input or reference |
 //! | [`VehicleSearch`] | the simulated error of the vehicle's own equations | anything independent of the input |
 //! | [`VehicleFilter`] | state and coefficients of the same, by a Kalman filter | white, with a drifting bias |
 //! | [`TwoStages`] | any of these on the part of the input that a reference causes | anything independent of the reference |

@@ -598,7 +598,7 @@ impl Recursive for Recursion {
 /// The recursion with which a batch estimator can be followed sample by sample.
 pub(super) fn learner(kind: Kind, problem: &Problem<'_>) -> Result<Box<dyn Recursive>> {
     if problem.structure.delay == 0 {
-        let reason = "the recursions take the input before the output: a delay of at least 1";
+        let reason = "recursive methods need a delay of at least 1, since they use the input before the output";
         return Err(IdentificationError::Option(reason.to_owned()));
     }
     let structure = Structure {

@@ -12,8 +12,8 @@
 //! minimise |y - yhat|^2 / sigma^2 + sum ((p_i - known_i) / deviation_i)^2
 //! ```
 //! Without heave these are the pitch equation of the thesis (Brunner 1988, p. 93: `J q_dot = K u - B q - M_theta theta`). Under zero-order
-//! hold the equations are solved exactly: state, and slopes by the unknowns, step by the exponential of one matrix (Van Loan, *IEEE Trans.
-//! Autom. Control* 23, 1978):
+//! hold the equations are solved exactly: the exponential of one matrix advances the state and its derivatives by the unknowns (Van Loan,
+//! *IEEE Trans. Autom. Control* 23, 1978):
 //! ```text
 //! exp( T [ M   0 ] )  =  [ E   0 ]      M = [ A B ; 0 0 ],  E = [ F G ; 0 1 ]
 //!        [ dM  M ]       [ dE  E ]

@@ -339,7 +339,7 @@ impl Fitter<'_> {
     ) -> Result<(Option<f64>, Vec<f64>)> {
         let signals = |of: &Record| (of.inputs.len(), of.outputs.len());
         if signals(validation) != signals(record) {
-            let reason = "the validation data has other signals".to_owned();
+            let reason = "the validation data has different signals".to_owned();
             return Err(IdentificationError::Record(reason));
         }
         let of: Vec<Segment> = (used(validation).iter())

@@ -43,7 +43,7 @@ impl Analysis {
         self.verdict.text(self.next())
     }
 
-    /// The next step with several inputs.
+    /// Recommended next step for a fit with several inputs.
     #[must_use]
     pub fn next(&self) -> String {
         match self.verdict {

@@ -433,7 +433,7 @@ fn faults_that_cannot_be_are_refused_as_a_set() {
                 ("fault.group", Value::from("rudder")),
                 ("fault.air", 0.5.into()),
             ],
-            "fault.group 'rudder' has no actuator; all, dive_planes have",
+            "fault.group 'rudder' has no actuator; known: all, dive_planes",
         ),
         (
             vec![("model", Value::from("ideal")), ("fault.air", 0.5.into())],

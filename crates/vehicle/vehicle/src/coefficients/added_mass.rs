@@ -1,12 +1,12 @@
-//! Added mass of a hull taken as a row of square blocks (Brunner 1988, p. 53, and Table 4).
+//! Added mass of a hull approximated by a row of square blocks (Brunner 1988, p. 53, and Table 4).
 //!
-//! A block of side `A` and thickness `B`, moved square to its square face, carries along
+//! A block of side `A` and thickness `B` that moves normal to its square face has the added mass
 //!
 //! ```text
 //! dm = k rho A^2 B,    k = 1.32, 0.70, 0.35  at  B/A = 0.5, 1, 2
 //! ```
 //!
-//! Between these ratios `k` is interpolated over the logarithm of the ratio; beyond them it is unknown.
+//! Between these ratios `k` is interpolated over the logarithm of the ratio; outside them it is unknown.
 
 use super::inertia::box_inertia;
 
@@ -30,21 +30,20 @@ pub fn block_factor(ratio: f64) -> Option<f64> {
     })
 }
 
-/// Added mass \[kg\] of one block of side `a` and thickness `b` \[m\] in water of density `rho`;
-/// `None` when the table does not reach to its ratio.
+/// Added mass \[kg\] of one block of side `a` and thickness `b` \[m\] in water of density `rho`; `None` if its ratio is outside the table.
 #[must_use]
 pub fn block(rho: f64, a: f64, b: f64) -> Option<f64> {
     Some(block_factor(b / a)? * rho * a * a * b)
 }
 
-/// Added moment of inertia \[kg m^2\] of `mass` \[kg\] spread over a box of the sides `length` and `breadth`.
+/// Added moment of inertia \[kg m^2\] of `mass` \[kg\] distributed over a box with sides `length` and `breadth`.
 #[must_use]
 pub fn spread(mass: f64, length: f64, breadth: f64) -> f64 {
     box_inertia(mass, length, breadth)
 }
 
-/// Added moment of inertia \[kg m^2\] of `count` blocks of side `a` in a row along the hull, `mass` \[kg\] in
-/// all: each in its place, with its own spread along the row.
+/// Added moment of inertia \[kg m^2\] of `count` blocks of side `a` in a row along the hull, with total mass `mass` \[kg\]; each block's
+/// own extent along the row is included.
 #[must_use]
 pub fn in_a_row(mass: f64, count: u32, a: f64) -> f64 {
     let n = f64::from(count);

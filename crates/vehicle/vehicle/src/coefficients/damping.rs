@@ -1,33 +1,33 @@
-//! Viscous damping of a plate that turns about its middle, and its linearisations (pp. 55-57).
+//! Viscous damping of a plate that rotates about its middle, and its linearisations (pp. 55-57).
 //!
-//! Each half is taken to move at its mean speed `L w / 4`, with its force at two thirds of its length:
+//! Each half is assumed to move at its mean speed `L w / 4`, with its force at two thirds of its length:
 //!
 //! ```text
 //! N = C w^2,    C = rho C_D A L^3 / 96
 //! ```
 //!
-//! Strip by strip it would be `/ 64`, half as much again. A linear controller wants `N = B w`: the secant of
-//! the parabola at a rate, `C w`, or its tangent there, `2 C w`.
+//! An integration strip by strip would give `/ 64`, which is 50 % more. A linear controller needs `N = B w`: the secant of the parabola at
+//! a rate, `C w`, or its tangent there, `2 C w`.
 
-/// `C` \[N m s^2\] by mean speed and centroid, of a plate of area `area` and length `length`.
+/// `C` \[N m s^2\] from mean speed and centroid, for a plate of area `area` and length `length`.
 #[must_use]
 pub fn plate(rho: f64, drag_coefficient: f64, area: f64, length: f64) -> f64 {
     rho * drag_coefficient * area * length.powi(3) / 96.0
 }
 
-/// `C` \[N m s^2\] strip by strip.
+/// `C` \[N m s^2\] by integration over strips.
 #[must_use]
 pub fn plate_by_strips(rho: f64, drag_coefficient: f64, area: f64, length: f64) -> f64 {
     rho * drag_coefficient * area * length.powi(3) / 64.0
 }
 
-/// `B` \[N m s\]: the secant of `N = c w^2` at the rate `w` \[rad/s\].
+/// `B` \[N m s\], the secant of `N = c w^2` at the rate `w` \[rad/s\].
 #[must_use]
 pub fn secant(c: f64, w: f64) -> f64 {
     c * w
 }
 
-/// `B` \[N m s\]: the tangent of `N = c w^2` at the rate `w` \[rad/s\].
+/// `B` \[N m s\], the tangent of `N = c w^2` at the rate `w` \[rad/s\].
 #[must_use]
 pub fn tangent(c: f64, w: f64) -> f64 {
     2.0 * c * w

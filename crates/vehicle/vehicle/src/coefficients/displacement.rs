@@ -24,7 +24,7 @@ pub fn volume_of_weight(weight: f64, specific_weight: f64) -> f64 {
     weight / specific_weight
 }
 
-/// `C_p`: the volume over that of a prism with the hull's largest section.
+/// `C_p`, the volume relative to a prism with the hull's largest section.
 #[must_use]
 pub fn prismatic_coefficient(volume: f64, section: f64, length: f64) -> f64 {
     volume / (section * length)

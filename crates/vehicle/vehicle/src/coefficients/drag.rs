@@ -5,7 +5,7 @@
 //! Cf = 0.043 / Re^(1/6) turbulent    Cdb = 0.029 / Cfb^(1/2)   base
 //! ```
 
-/// Reynolds number at `speed` \[m/s\] of a plate `length` \[m\] long in water of `viscosity` \[m^2/s\].
+/// Reynolds number of a plate of `length` \[m\] at `speed` \[m/s\] in water of `viscosity` \[m^2/s\].
 #[must_use]
 pub fn reynolds(speed: f64, length: f64, viscosity: f64) -> f64 {
     speed * length / viscosity
@@ -23,7 +23,7 @@ pub fn turbulent_friction(re: f64) -> f64 {
     0.043 / libm::pow(re, 1.0 / 6.0)
 }
 
-/// `Cfb`: friction `cf` of the forebody's wetted area, on the base area.
+/// `Cfb`: friction `cf` of the forebody's wetted area, referred to the base area.
 #[must_use]
 pub fn forebody(cf: f64, forebody_area: f64, base_area: f64) -> f64 {
     cf * forebody_area / base_area
@@ -35,7 +35,7 @@ pub fn base(cfb: f64) -> f64 {
     0.029 / cfb.sqrt()
 }
 
-/// Drag \[N\] of the coefficient `c` on the area `area` \[m^2\].
+/// Drag \[N\] for the coefficient `c` and the area `area` \[m^2\].
 #[must_use]
 pub fn drag(rho: f64, c: f64, area: f64, speed: f64) -> f64 {
     0.5 * rho * c * area * speed * speed

@@ -1,38 +1,37 @@
-//! The geometry of a vehicle: the `geometry:` section of its file, in SI.
+//! Geometry of a vehicle: the `geometry:` section of its file, in SI.
 //!
-//! The section is optional: nothing but [`table`](super::table) reads it. Every length, area and so on stands
-//! in the file with its unit, and must be finite and above zero, but for the arms of fins, which are
-//! negative aft of the centre of gravity.
+//! The section is optional: only [`table`](super::table) uses it. Every length, area etc. in the file has its unit and must be finite and
+//! positive; only the arms of fins are negative aft of the centre of gravity.
 
 use planesman_units::{Rule, readers};
 use serde::Deserialize;
 
 use crate::positive;
 
-/// The geometry of a vehicle, and the choices that the methods leave.
+/// Geometry of a vehicle, and the free choices of the methods.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Geometry {
-    /// `g` \[m/s^2\] that weights count with.
+    /// `g` \[m/s^2\] for the conversion of weights.
     #[serde(with = "positive::acceleration")]
     pub gravity: f64,
     /// The water.
     pub water: Water,
-    /// The bare hull.
+    /// Bare hull.
     pub hull: Hull,
-    /// The box whose moment of inertia stands for the vehicle's in air.
+    /// Box that approximates the vehicle's moment of inertia in air.
     pub air: AirBox,
-    /// The dive planes.
+    /// Dive planes.
     pub fins: Fins,
-    /// Blocks of added mass, per axis.
+    /// Blocks for the added mass, one entry per axis.
     pub added_mass: Axes<Blocks>,
-    /// Plates that damp the turning, per axis.
+    /// Plates for the damping of rotation, one per axis.
     pub damping: Damping,
     /// Friction and pressure drag.
     pub drag: DragAreas,
-    /// Screws and what they push against.
+    /// Screws, and the drag they overcome.
     pub screws: Screws,
-    /// Swing tests, if any were made.
+    /// Swing tests; may be empty.
     #[serde(default)]
     pub swing_tests: Vec<SwingTest>,
 }
@@ -49,7 +48,7 @@ pub struct Water {
     pub viscosity: f64,
 }
 
-/// The bare hull.
+/// Bare hull.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Hull {
@@ -59,7 +58,7 @@ pub struct Hull {
     /// Breadth \[m\].
     #[serde(with = "positive::length")]
     pub breadth: f64,
-    /// Depth, keel to deck \[m\].
+    /// Height from keel to deck \[m\].
     #[serde(with = "positive::length")]
     pub depth: f64,
     /// Largest section \[m^2\].
@@ -68,26 +67,25 @@ pub struct Hull {
     /// Volume \[m^3\].
     #[serde(with = "positive::volume")]
     pub volume: f64,
-    /// Where the hull's lift acts at an angle to the stream \[m\] aft of the centre; absent where the
-    /// Munk moment is not to be lessened by it.
+    /// Distance aft of the centre \[m\] at which the hull's lift at an angle of attack acts; `None` if it must not reduce the Munk moment.
     #[serde(default, with = "positive::optional_length")]
     pub lift_aft: Option<f64>,
 }
 
-/// A box in air.
+/// Box for the moment of inertia in air.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AirBox {
     /// Its weight \[N\].
     #[serde(with = "positive::force")]
     pub weight: f64,
-    /// Along the hull \[m\].
+    /// Length along the hull \[m\].
     #[serde(with = "positive::length")]
     pub length: f64,
     /// Across \[m\].
     #[serde(with = "positive::length")]
     pub breadth: f64,
-    /// Keel to deck \[m\].
+    /// Height from keel to deck \[m\].
     #[serde(with = "positive::length")]
     pub depth: f64,
 }
@@ -102,17 +100,17 @@ pub struct Fins {
     pub aft: FinPair,
 }
 
-/// A pair of planes.
+/// A pair of dive planes.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FinPair {
-    /// From hull to tip, of one plane \[m\].
+    /// Span of one plane, from hull to tip \[m\].
     #[serde(with = "positive::length")]
     pub span: f64,
-    /// Along the stream \[m\].
+    /// Chord along the stream \[m\].
     #[serde(with = "positive::length")]
     pub chord: f64,
-    /// Centre of pressure forward of the centre of gravity \[m\].
+    /// Position of the centre of pressure forward of the centre of gravity \[m\].
     #[serde(with = "signed_length")]
     pub arm: f64,
 }
@@ -124,32 +122,32 @@ impl FinPair {
         self.span * self.chord
     }
 
-    /// Span over chord.
+    /// Span divided by chord.
     #[must_use]
     pub fn aspect_ratio(&self) -> f64 {
         self.span / self.chord
     }
 
-    /// Twice that: the hull mirrors the plane.
+    /// Twice the geometric aspect ratio, since the hull mirrors the plane.
     #[must_use]
     pub fn effective_aspect_ratio(&self) -> f64 {
         2.0 * self.aspect_ratio()
     }
 }
 
-/// One of something per axis.
+/// One value per axis.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Axes<T> {
-    /// About the y axis.
+    /// Value for the y axis.
     pub pitch: T,
-    /// About the z axis.
+    /// Value for the z axis.
     pub yaw: T,
-    /// About the x axis.
+    /// Value for the x axis.
     pub roll: T,
 }
 
-/// A hull taken as blocks.
+/// Blocks that approximate a hull.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Blocks {
@@ -161,7 +159,7 @@ pub struct Blocks {
     /// `B` \[m\], thickness along the motion.
     #[serde(with = "positive::length")]
     pub thickness: f64,
-    /// One side of the box that the added mass is spread over for its moment of inertia \[m\].
+    /// Side of the box over which the added mass is distributed for its moment of inertia \[m\].
     #[serde(with = "positive::length")]
     pub spread_length: f64,
     /// The other \[m\].
@@ -169,32 +167,32 @@ pub struct Blocks {
     pub spread_breadth: f64,
 }
 
-/// Plates that damp.
+/// Plates for the damping of rotation.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Damping {
-    /// `C_D` of a plate across the stream.
+    /// `C_D` of a plate normal to the stream.
     #[serde(with = "number")]
     pub drag_coefficient: f64,
-    /// The rate at which damping is made linear \[rad/s\].
+    /// Rate at which the damping is linearised \[rad/s\].
     #[serde(with = "positive::rate")]
     pub rate: f64,
-    /// About the y axis.
+    /// Plate for rotation about the y axis.
     pub pitch: Plate,
-    /// About the z axis.
+    /// Plate for rotation about the z axis.
     pub yaw: Plate,
-    /// About the x axis.
+    /// Plate for rotation about the x axis.
     pub roll: Plate,
 }
 
-/// A plate that turns about its middle.
+/// A plate that rotates about its middle.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plate {
-    /// From end to end, square to the axis \[m\].
+    /// Length from end to end, normal to the axis \[m\].
     #[serde(with = "positive::length")]
     pub length: f64,
-    /// Along the axis \[m\].
+    /// Breadth along the axis \[m\].
     #[serde(with = "positive::length")]
     pub breadth: f64,
 }
@@ -207,20 +205,20 @@ impl Plate {
     }
 }
 
-/// Areas and lengths that drag is computed with.
+/// Areas and lengths for the drag.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DragAreas {
-    /// Length of the Reynolds number \[m\].
+    /// Length for the Reynolds number \[m\].
     #[serde(with = "positive::length")]
     pub plate_length: f64,
-    /// All that is wetted \[m^2\].
+    /// Total wetted area \[m^2\].
     #[serde(with = "positive::area")]
     pub wetted: f64,
-    /// Of it, the forebody \[m^2\].
+    /// Wetted area of the forebody \[m^2\].
     #[serde(with = "positive::area")]
     pub forebody: f64,
-    /// `C_D` of the whole on the largest section.
+    /// `C_D` of the vehicle, referred to the largest section.
     #[serde(with = "number")]
     pub coefficient: f64,
     /// Greatest speed \[m/s\].
@@ -237,10 +235,10 @@ pub struct Screws {
     /// Their diameter \[m\].
     #[serde(with = "positive::length")]
     pub diameter: f64,
-    /// The drag they overcome \[N\] at the cruising speed.
+    /// Drag that they overcome at the cruising speed \[N\].
     #[serde(with = "positive::force")]
     pub drag: f64,
-    /// The cruising speed \[m/s\].
+    /// Cruising speed \[m/s\].
     #[serde(with = "positive::speed")]
     pub speed: f64,
 }
@@ -249,9 +247,9 @@ pub struct Screws {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SwingTest {
-    /// The measured quantity, such as `Jy`.
+    /// Measured quantity, such as `Jy`.
     pub name: String,
-    /// Pivot to centre of mass \[m\].
+    /// Distance from pivot to centre of mass \[m\].
     #[serde(with = "positive::length")]
     pub length: f64,
     /// Period \[s\].

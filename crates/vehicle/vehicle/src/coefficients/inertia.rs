@@ -1,6 +1,6 @@
 //! Moments of inertia of a box: `J = m (a^2 + b^2) / 12` (Brunner 1988, p. 53).
 
-/// About the axis through the centre that is square to the sides `a` and `b` \[m\]; \[kg m^2\].
+/// Moment of inertia \[kg m^2\] about the axis through the centre normal to the sides `a` and `b` \[m\].
 #[must_use]
 pub fn box_inertia(mass: f64, a: f64, b: f64) -> f64 {
     mass * (a * a + b * b) / 12.0

@@ -1,14 +1,14 @@
-//! Lift of hull and fins, and the coefficients it makes (Brunner 1988, pp. 43-46).
+//! Lift of hull and fins, and the resulting coefficients (Brunner 1988, pp. 43-46).
 //!
-//! The hull is a wing of very low aspect ratio, by Jones' formula; the fins follow equation 23 of
-//! *Principles of Naval Architecture*, ch. IX, with no sweep:
+//! The hull is treated as a wing of very low aspect ratio by Jones' formula. The fins follow equation 23 of *Principles of Naval
+//! Architecture*, ch. IX, without sweep:
 //!
 //! ```text
 //! hull  C_La = pi AR / 2                    fin  C_La = 0.9 (2 pi) a / (sqrt(a^2 + 4) + 1.8)
 //! ```
 //!
-//! `a` is the effective aspect ratio: the hull mirrors a fin, so it is twice the geometric one. Of the lift
-//! `Z = -rho/2 C_La S U w` at the arm `x` (forward positive) come
+//! `a` is the effective aspect ratio, twice the geometric one, since the hull mirrors a fin. The lift `Z = -rho/2 C_La S U w` at the arm
+//! `x` (forward positive) gives
 //!
 //! ```text
 //! Z_w = -rho/2 C_La S U     M_w = Z_q = -x Z_w     M_q = x^2 Z_w
@@ -16,7 +16,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-/// Jones' lift slope \[1/rad\] at the aspect ratio `ar`; good below 0.2 or so.
+/// Jones' lift slope \[1/rad\] at the aspect ratio `ar`; valid below about 0.2.
 #[must_use]
 pub fn jones_slope(ar: f64) -> f64 {
     PI * ar / 2.0
@@ -28,19 +28,19 @@ pub fn fin_slope(a: f64) -> f64 {
     0.9 * TAU * a / (a.mul_add(a, 4.0).sqrt() + 1.8)
 }
 
-/// `S/S0`: what turns a lift slope on the area `s` \[m^2\] into a nondimensional force, for a reference mass
-/// `m0` and length `l`: `rho S L / (2 m0)`.
+/// `S/S0`, the factor from a lift slope on the area `s` \[m^2\] to a nondimensional force, for a reference mass `m0` and length `l`:
+/// `rho S L / (2 m0)`.
 #[must_use]
 pub fn area_ratio(rho: f64, s: f64, m0: f64, l: f64) -> f64 {
     0.5 * rho * s * l / m0
 }
 
-/// A surface that lifts, nondimensional.
+/// A lifting surface, nondimensional.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
     /// `Z'w`: minus the lift slope times the area ratio.
     pub z_w: f64,
-    /// Where the lift acts, in lengths `L` forward of the centre of gravity.
+    /// Position of the lift, in lengths `L` forward of the centre of gravity.
     pub arm: f64,
 }
 
@@ -51,7 +51,7 @@ impl Surface {
         -self.arm * self.z_w
     }
 
-    /// `Z'q`. Turning bow up lifts a place forward of the centre: there `w` is `-x q`.
+    /// `Z'q`. When the bow turns up, a point forward of the centre moves up: its `w` is `-x q`.
     #[must_use]
     pub fn z_q(&self) -> f64 {
         -self.arm * self.z_w
@@ -63,21 +63,20 @@ impl Surface {
         self.arm * self.arm * self.z_w
     }
 
-    /// Turned by an angle that presses it down when positive: `Z'delta` of it.
+    /// `Z'delta` of a surface whose positive angle presses it down.
     #[must_use]
     pub fn z_delta(&self) -> f64 {
         -self.z_w
     }
 
-    /// `M'delta` of the same: pressed down forward of the centre turns the bow down.
+    /// `M'delta` of the same surface: a downward force forward of the centre turns the bow down.
     #[must_use]
     pub fn m_delta(&self) -> f64 {
         -self.arm * self.z_delta()
     }
 }
 
-/// Lift of several surfaces together, with the dive planes turned against each other: forward
-/// planes press down when the aft planes lift.
+/// Lift of several surfaces, with the dive planes at opposite angles: the forward planes press down while the aft planes lift.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Planes {
     /// The forward pair.
@@ -111,22 +110,21 @@ impl Planes {
         self.forward.m_q() + self.aft.m_q()
     }
 
-    /// `Z'delta`: forward down, aft up.
+    /// `Z'delta` with the forward planes pressing down and the aft planes up.
     #[must_use]
     pub fn z_delta(&self) -> f64 {
         self.forward.z_delta() - self.aft.z_delta()
     }
 
-    /// `M'delta`: both turn the bow down.
+    /// `M'delta`; both pairs turn the bow down.
     #[must_use]
     pub fn m_delta(&self) -> f64 {
         self.forward.m_delta() - self.aft.m_delta()
     }
 }
 
-/// Where the hull's lift acts when it turns, in lengths `L` from the centre: half the prismatic coefficient
-/// times the bare hull's length over `L`. A reconstruction that meets the printed sum of `M'q`; the report
-/// only says that the prismatic coefficient enters (p. 45).
+/// Position of the hull's lift in a turn, in lengths `L` from the centre: half the prismatic coefficient times the bare hull's length over
+/// `L`. This is a reconstruction that gives the printed sum of `M'q`; the report only says that the prismatic coefficient enters (p. 45).
 #[must_use]
 pub fn turning_arm(prismatic: f64, bare_length: f64, l: f64) -> f64 {
     0.5 * prismatic * bare_length / l

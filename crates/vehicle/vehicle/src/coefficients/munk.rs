@@ -1,7 +1,6 @@
-//! The Munk moment: an ellipsoid at an angle to an ideal stream tends to lie across it (p. 43).
+//! The Munk moment: an ellipsoid at an angle to an ideal flow tends to turn across it (p. 43).
 //!
-//! For a prolate spheroid of the half axes `a` and `b`, with `e^2 = 1 - b^2/a^2` (Lamb, *Hydrodynamics*,
-//! art. 114):
+//! For a prolate spheroid with the semi-axes `a` and `b`, with `e^2 = 1 - b^2/a^2` (Lamb, *Hydrodynamics*, art. 114):
 //!
 //! ```text
 //! alpha0 = 2 (1 - e^2) / e^3 (ln((1 + e) / (1 - e)) / 2 - e)
@@ -12,12 +11,12 @@
 
 use std::f64::consts::PI;
 
-/// Added mass of a spheroid, as shares of the water it displaces.
+/// Added mass of a spheroid, relative to the mass of displaced water.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spheroid {
-    /// Along its axis.
+    /// Added mass along its axis.
     pub k1: f64,
-    /// Across its axis.
+    /// Added mass across its axis.
     pub k2: f64,
 }
 
@@ -28,8 +27,7 @@ pub fn equivalent_diameter(section: f64) -> f64 {
 }
 
 impl Spheroid {
-    /// Of a spheroid `length` long and `diameter` thick, the same unit; `None` unless it is longer
-    /// than thick.
+    /// Coefficients of a spheroid of `length` and `diameter` in the same unit; `None` unless it is longer than wide.
     #[must_use]
     pub fn new(length: f64, diameter: f64) -> Option<Self> {
         if !(diameter > 0.0 && length > diameter && length.is_finite()) {

@@ -1,11 +1,11 @@
 //! The static moment of weight and buoyancy (Brunner 1988, p. 46).
 //!
-//! `M = -W BG sin(theta)`: about level, `W BG` per rad. Made nondimensional with `m0 U^2`, `M'theta` falls
-//! with the square of the speed, unlike the other coefficients.
+//! `M = -W BG sin(theta)`; for small angles `W BG` per rad. Divided by `m0 U^2`, `M'theta` decreases with the square of the speed, unlike
+//! the other coefficients.
 
 use super::reference::Reference;
 
-/// `W BG` \[N m/rad\] of a neutrally buoyant vehicle with its centre of gravity `arm` \[m\] below that of buoyancy.
+/// `W BG` \[N m/rad\] of a neutrally buoyant vehicle with its centre of gravity `arm` \[m\] below the centre of buoyancy.
 #[must_use]
 pub fn stiffness(weight: f64, arm: f64) -> f64 {
     weight * arm

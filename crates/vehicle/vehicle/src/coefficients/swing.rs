@@ -1,6 +1,6 @@
 //! Moments of inertia from a swing test, with their uncertainty (Brunner 1988, pp. 80-83).
 //!
-//! The vehicle hangs as a pendulum `L` below its pivot and swings with the period `tau`:
+//! The vehicle is a pendulum `L` below its pivot that swings with the period `tau`:
 //!
 //! ```text
 //! J0 = W L tau^2 / (4 pi^2)     J = J0 - (W/g) L^2
@@ -8,8 +8,8 @@
 //! u(J)^2 = (dJ/dtau u(tau))^2 + (dJ/dL u(L))^2
 //! ```
 //!
-//! `J` is the small difference of two large terms: on a vehicle's length of string the uncertainty of a
-//! hundredth of a second is a third of it, and about the roll axis more than all of it.
+//! `J` is the small difference of two large terms. With strings as long as the vehicle, an uncertainty of 0.01 s in the period is a third
+//! of `J`, and about the roll axis more than `J`.
 
 use std::f64::consts::{PI, TAU};
 
@@ -51,7 +51,7 @@ impl Swing {
         self.weight * (self.period / TAU).powi(2) - 2.0 * self.weight / self.gravity * self.length
     }
 
-    /// `u(J)` \[kg m^2\] of the standard uncertainties of period \[s\] and length \[m\].
+    /// `u(J)` \[kg m^2\] from the standard uncertainties of period \[s\] and length \[m\].
     #[must_use]
     pub fn uncertainty(&self, period: f64, length: f64) -> f64 {
         libm::hypot(self.per_period() * period, self.per_length() * length)

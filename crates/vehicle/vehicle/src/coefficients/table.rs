@@ -1,4 +1,4 @@
-//! All methods beside the coefficients of the vehicle's file.
+//! Comparison of all methods with the coefficients of the vehicle's file.
 
 use super::{
     Geometry, added_mass, damping, displacement, drag, inertia,
@@ -15,11 +15,11 @@ use planesman_units::{FOOT, FOOT_POUND, POUND_FORCE};
 /// A unit in both systems.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unit {
-    /// The SI unit.
+    /// SI unit.
     pub si: &'static str,
-    /// The imperial one.
+    /// Imperial unit.
     pub imperial: &'static str,
-    /// The imperial one in SI.
+    /// The imperial unit in SI.
     pub size: f64,
 }
 
@@ -43,20 +43,20 @@ const fn unit(si: &'static str, imperial: &'static str, size: f64) -> Unit {
 pub struct Row {
     /// Its name.
     pub coefficient: &'static str,
-    /// The method it was computed by.
+    /// Method of computation.
     pub method: &'static str,
     /// Computed, nondimensional.
     pub computed: f64,
-    /// From the vehicle's file, nondimensional; `None` when it has no such coefficient.
+    /// Nondimensional value in the vehicle's file; `None` if the file does not have this coefficient.
     pub in_the_file: Option<f64>,
-    /// SI of one nondimensional unit at the table's speed.
+    /// SI value of one nondimensional unit at the table's speed.
     pub factor: f64,
     /// The units.
     pub unit: Unit,
 }
 
 impl Row {
-    /// Computed, in SI.
+    /// Computed value, in SI.
     #[must_use]
     pub fn si(&self) -> f64 {
         self.computed * self.factor
@@ -68,7 +68,7 @@ impl Row {
         self.si() / self.unit.size
     }
 
-    /// The relative difference of the computed value from the file's.
+    /// Relative difference of the computed value from the file's value.
     #[must_use]
     pub fn difference(&self) -> Option<f64> {
         self.in_the_file
@@ -82,24 +82,24 @@ impl Row {
 pub struct Figure {
     /// Its name.
     pub quantity: String,
-    /// The method it was computed by.
+    /// Method of computation.
     pub method: &'static str,
-    /// Computed, in SI.
+    /// Computed value, in SI.
     pub si: f64,
-    /// Its standard uncertainty in SI, where the method gives it.
+    /// Standard uncertainty in SI; `None` if the method does not give one.
     pub uncertainty: Option<f64>,
     /// The units.
     pub unit: Unit,
 }
 
-/// Coefficients of a vehicle by every method, at one speed.
+/// All coefficients of a vehicle by every method, at one speed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    /// Coefficients, beside those of the file.
+    /// Coefficients, with the values of the file.
     pub rows: Vec<Row>,
-    /// Quantities that are no coefficients: inertia, damping, drag, power, swing tests.
+    /// Dimensional quantities: inertia, damping, drag, power, swing tests.
     pub figures: Vec<Figure>,
-    /// The coefficients that could not be computed, and why.
+    /// Coefficients that could not be computed, each with the reason.
     pub missing: Vec<String>,
 }
 
@@ -122,7 +122,7 @@ pub fn planes(vehicle: &Vehicle, geometry: &Geometry) -> Planes {
     }
 }
 
-/// `Z'w` of the hull by Jones, on the area breadth times `length` \[m\].
+/// `Z'w` of the hull by Jones, for the area breadth times `length` \[m\].
 #[must_use]
 pub fn hull_lift(vehicle: &Vehicle, geometry: &Geometry, length: f64) -> f64 {
     let hull = geometry.hull;
@@ -176,7 +176,7 @@ impl Table {
         });
     }
 
-    /// Rows of one coefficient, its name and its value in the file, by methods with their values.
+    /// Rows of one coefficient, with its name and its value in the file, one row per method.
     fn by_methods<const N: usize>(
         &mut self,
         (coefficient, in_the_file): (&'static str, f64),
@@ -241,7 +241,7 @@ impl Table {
         );
     }
 
-    /// `M'w`, with the lift of the hull `hull_z_w`.
+    /// `M'w`, with the hull's lift `hull_z_w`.
     fn moment_per_heave(
         &mut self,
         vehicle: &Vehicle,

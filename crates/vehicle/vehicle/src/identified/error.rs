@@ -1,20 +1,20 @@
-//! Why no vehicle is made of an identified model.
+//! Errors in the construction of a vehicle from an identified model.
 
-/// Frequencies that are compared, evenly spaced in their logarithm.
+/// Number of compared frequencies, evenly spaced in their logarithm.
 pub(super) const FREQUENCIES: usize = 60;
 
-/// The largest relative standard deviation of a response that counts as known.
+/// Largest relative standard deviation of a response that counts as known.
 pub(super) const KNOWN: f64 = 0.25;
 
-/// The largest root mean square of the relative error at which a vehicle still is the model's.
+/// Largest root mean square of the relative error at which the vehicle is accepted.
 pub(super) const POOR: f64 = 0.2;
 
-/// Why no vehicle is made of an identified model.
+/// Reason why no vehicle can be made from an identified model.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
-    /// The model is of other signals than dive planes and pitch or pitch rate.
+    /// The model's signals are not dive planes and pitch or pitch rate.
     #[error(
-        "it goes from '{input}' to '{output}'; a vehicle is made of a model from plane_motion:dive_planes \
+        "the model is from '{input}' to '{output}', but a vehicle needs plane_motion:dive_planes \
          (rad) to state:pitch_rate (rad/s) or state:pitch (rad)"
     )]
     Signals {
@@ -23,34 +23,34 @@ pub enum Error {
         /// Its output.
         output: String,
     },
-    /// The file does not state the speed it was identified at.
+    /// The file does not give the speed of the experiment.
     #[error(transparent)]
     Speed(#[from] planesman_model_file::Refusal),
-    /// Too few frequencies at which the model is certain.
+    /// The model is certain at too few frequencies.
     #[error(
-        "it knows its own response to {:.0} % at {known} of {FREQUENCIES} frequencies only", 100.0 * KNOWN
+        "its response is known to {:.0} % at only {known} of {FREQUENCIES} frequencies", 100.0 * KNOWN
     )]
     Uncertain {
-        /// The frequencies at which it is.
+        /// Number of frequencies with a known response.
         known: usize,
     },
-    /// The model's response determines no pitch equation.
-    #[error("its response determines no pitch equation")]
+    /// The model's response does not determine a pitch equation.
+    #[error("its response does not determine a pitch equation")]
     Undetermined,
-    /// The nearest vehicle is not like the model.
+    /// The nearest vehicle differs too much from the model.
     #[error(
-        "no vehicle with the heave of '{base}' is like it: at {speed} m/s the nearest is off by {:.0} % \
-         (root mean square, {:.2} to {:.1} rad/s), {:.0} % are taken",
+        "no vehicle with the heave of '{base}' fits the model: at {speed} m/s the nearest is off \
+         by {:.0} % (root mean square, {:.2} to {:.1} rad/s); the limit is {:.0} %",
         100.0 * error, frequencies[0], frequencies[1], 100.0 * POOR
     )]
     Unlike {
-        /// The base vehicle.
+        /// Name of the base vehicle.
         base: String,
-        /// The model's speed, m/s.
+        /// Speed of the model, m/s.
         speed: f64,
-        /// The root mean square of the relative error.
+        /// Root mean square of the relative error.
         error: f64,
-        /// The lowest and highest frequency compared, rad/s.
+        /// Lowest and highest compared frequency, rad/s.
         frequencies: [f64; 2],
     },
     /// No coefficients give the model's pitch equation.
@@ -58,17 +58,17 @@ pub enum Error {
         "no coefficients of vehicle '{base}' give this pitch equation about level flight at {speed} m/s"
     )]
     Unreachable {
-        /// The base vehicle.
+        /// Name of the base vehicle.
         base: String,
-        /// The model's speed, m/s.
+        /// Speed of the model, m/s.
         speed: f64,
     },
-    /// A coefficient would make the vehicle unstable by itself.
-    #[error("{coefficient} is below zero: the vehicle would {consequence}")]
+    /// A coefficient would make the vehicle unstable.
+    #[error("{coefficient} is negative: the vehicle would {consequence}")]
     Unstable {
         /// Its symbol.
         coefficient: &'static str,
-        /// The motion that would follow.
+        /// The resulting motion.
         consequence: &'static str,
     },
     /// The vehicle's numbers overflow.

@@ -1,16 +1,14 @@
-//! A vehicle out of an identified model: the base vehicle, with what the model says of pitch.
+//! A vehicle from an identified model: the base vehicle with the model's pitch dynamics.
 //!
-//! The base gives geometry, masses, buoyancy and heave. The pitch equation about level flight at the
-//! model's speed is the model's,
+//! The base vehicle gives geometry, masses, buoyancy and heave. The pitch equation about level flight at the model's speed comes from the
+//! model,
 //!
 //! ```text
 //! q' = kappa delta - beta q - mu theta + nu w       kappa = M_delta/J, beta = -M_q/J, mu = W BG/J
 //! ```
-//! and so gives `M'delta`, `M'q` and `BG`, with `J` the base's; at other speeds they go as every
-//! coefficient goes. A model file that holds the vehicle's equations is used as it stands (`target`): its heave
-//! equation too, and `nu = 0` if it left heave out. Of a transfer function alone, from planes to pitch
-//! rate or pitch, those `kappa`, `beta`, `mu` are sought that with the base's heave come nearest to it
-//! (`nearest`).
+//! and gives `M'delta`, `M'q` and `BG`, with the base's `J`. At other speeds they scale like all coefficients. A model file with the
+//! vehicle's equations is used directly (`target`): its heave equation too, with `nu = 0` if it omits heave. For a transfer function alone,
+//! from planes to pitch rate or pitch, the `kappa`, `beta`, `mu` are estimated that fit it best together with the base's heave (`nearest`).
 
 mod error;
 mod nearest;
@@ -24,11 +22,11 @@ use crate::{Vehicle, linearised::Output};
 use nearest::nearest;
 use target::Target;
 
-/// The base vehicle with the pitch dynamics of an identified model.
+/// Returns the base vehicle with the pitch dynamics of an identified model.
 ///
 /// # Errors
 /// [`enum@Error`]: signals that are not dive planes and pitch or pitch rate, a file without speed, a model that
-/// no such vehicle follows (and by how much), or one that would turn over.
+/// If no vehicle fits (with the error), or the vehicle would turn over.
 pub fn vehicle(base: &Vehicle, model: &ModelFile) -> Result<Vehicle, Error> {
     let output = signals(model)?;
     let speed = model.required_speed()?;
@@ -53,13 +51,13 @@ pub fn vehicle(base: &Vehicle, model: &ModelFile) -> Result<Vehicle, Error> {
     Ok(found)
 }
 
-/// Whether a model file is one of the vehicle's pitch: its signals are dive planes and pitch or pitch rate, and it says at what speed.
+/// Whether a model file describes the vehicle's pitch: its signals are dive planes and pitch or pitch rate, and it gives the speed.
 #[must_use]
 pub fn is_of_pitch(model: &ModelFile) -> bool {
     signals(model).is_ok() && model.speed.is_some()
 }
 
-/// The model's output, if its signals are the vehicle's in rad and s.
+/// Output of the model; its signals must be the vehicle's in rad and s.
 fn signals(model: &ModelFile) -> Result<Output, Error> {
     // Where these fields are in rad; on `daq` they are volts.
     let on = |signal: &str, topics: &[&str], field: &str| {

@@ -1,10 +1,10 @@
-//! The pitch equation that comes nearest to a transfer function, heave known:
+//! The pitch equation that fits a transfer function best, with known heave, minimizes
 //!
 //! ```text
 //! sum |G(z_i) - G_file(z_i)|^2 / (sigma_i^2 + (0.01 |G_file(z_i)|)^2)  ->  min       z_i = exp(j omega_i T)
 //! ```
-//! over the frequencies at which the file knows its own response; `sigma_i` is how well. (Indirect
-//! prediction error on frequencies: Soderstrom, Stoica, Friedlander, *Automatica* 27, 1991.)
+//! over the frequencies at which the file's response is certain; `sigma_i` is its standard deviation. (Indirect prediction error on
+//! frequencies: Soderstrom, Stoica, Friedlander, *Automatica* 27, 1991.)
 
 use nalgebra::DVector;
 use planesman_linear::{Complex, ComplexFunctions as _, DMatrix, StateSpace, polynomial};
@@ -19,41 +19,40 @@ use crate::{
     linearised::{self, Output},
 };
 
-/// The lowest and the highest of them, as shares of the Nyquist frequency `pi / T`: a period of 2000
-/// samples, and one of 10.
+/// Lowest and highest compared frequency as shares of the Nyquist frequency `pi / T`: periods of 2000 and of 10 samples.
 const COMPARED: [f64; 2] = [1e-3, 0.2];
 
-/// The number of known responses needed for three numbers.
+/// Smallest number of known responses for three parameters.
 const FEWEST: usize = 10;
 
-/// No transfer function is taken to be truer than this share of itself.
+/// Smallest relative standard deviation of a response.
 const TRUEST: f64 = 0.01;
 
-/// Rounds after which a search has long been at its end.
+/// Largest number of iterations; every search has converged long before.
 const ROUNDS: usize = 50;
 
-/// The largest number of halvings of a step.
+/// Largest number of halvings of a step.
 const HALVINGS: i32 = 20;
 
-/// The relative change that a slope is taken over.
+/// Relative change for a numerical slope.
 const NUDGE: f64 = 1e-5;
 
 /// `kappa`, `beta` and `mu`.
 type Pitch = [f64; 3];
 
-/// A response that the file knows.
+/// A known response of the file.
 struct Response {
     /// `omega`, rad/s.
     frequency: f64,
     /// `z = exp(j omega T)`.
     z: Complex<f64>,
     value: Complex<f64>,
-    /// `sigma`: of the real and imaginary part together.
+    /// `sigma`, standard deviation of real and imaginary part together.
     deviation: f64,
 }
 
-/// The file's response where its relative deviation is [`KNOWN`] or better, by the slopes of `G = B/A`,
-/// `dG/da_i = -G z^(n-i) / A` and `dG/db_j = z^(n-j) / A`.
+/// Responses of the file whose relative deviation is at most [`KNOWN`], with the slopes of `G = B/A`: `dG/da_i = -G z^(n-i) / A` and
+/// `dG/db_j = z^(n-j) / A`.
 fn known_responses(model: &ModelFile) -> Vec<Response> {
     let nyquist = std::f64::consts::PI / model.sample_time;
     let [lowest, highest] = COMPARED.map(|share| libm::log(share * nyquist));
@@ -91,7 +90,7 @@ fn known_responses(model: &ModelFile) -> Vec<Response> {
         .collect()
 }
 
-/// The pitch equation nearest to the file's transfer function.
+/// The pitch equation that fits the file's transfer function best.
 pub(super) fn nearest(
     base: &Vehicle,
     model: &ModelFile,
@@ -142,12 +141,12 @@ pub(super) fn nearest(
     Ok(target(pitch))
 }
 
-/// Where to begin: the pitch equation is linear in `kappa`, `beta` and `mu` where `q(s)` and so `w(s)` are known,
+/// Start values: the pitch equation is linear in `kappa`, `beta` and `mu` if `q(s)`, and so `w(s)`, are known,
 ///
 /// ```text
 /// s q - nu w = kappa - beta q - mu q / s        w = ((a_wq + a_wtheta / s) q + epsilon) / (s - a_ww)
 /// ```
-/// with `q(s)` from the sampled response, the hold `(1 - exp(-s T)) / (s T)` taken out.
+/// with `q(s)` from the sampled response, divided by the hold `(1 - exp(-s T)) / (s T)`.
 fn first_guess(
     base: &Vehicle,
     model: &ModelFile,
@@ -179,8 +178,8 @@ fn first_guess(
     solved(rows, &DVector::from_vec(right))
 }
 
-/// The least squares of `errors`, from `start` on by Gauss-Newton steps, each halved until it helps. Not the search of
-/// `planesman_identification`: this crate knows no method of identification, and here errors can fail and slopes are differences.
+/// Least squares of `errors` from `start` on by Gauss-Newton steps, each halved until it decreases the sum. It is separate from the search
+/// in `planesman_identification`: this crate does not depend on identification, errors may fail here, and slopes are differences.
 fn least_squares(
     start: Pitch,
     errors: impl Fn(Pitch) -> Result<DVector<f64>, Error>,
@@ -213,7 +212,7 @@ fn least_squares(
     Ok(x)
 }
 
-/// The least squares of `rows x = right`; the decomposition would not end on what is not finite.
+/// Least-squares solution of `rows x = right`; values that are not finite are refused, since the decomposition would not end.
 fn solved(rows: DMatrix<f64>, right: &DVector<f64>) -> Result<Pitch, Error> {
     if !rows.iter().chain(right).all(|it| it.is_finite()) {
         return Err(Error::Undetermined);

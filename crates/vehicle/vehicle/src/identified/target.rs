@@ -1,24 +1,24 @@
-//! The base vehicle with the coefficients that its linearised equations are to have.
+//! The base vehicle with changed coefficients, so that its linearised equations equal given ones.
 
 use planesman_model_file::{Heave, Physical};
 
 use super::error::Error;
 use crate::{Vehicle, dynamics::GeneralisedForce, pitch, vehicle::Derivatives};
 
-/// Accelerations that differ by less (1/s^2, 1/s) are the same.
+/// Difference of accelerations (1/s^2, 1/s) below which they count as equal.
 const CLOSE: f64 = 1e-11;
 
-/// Rounds after which it is given up.
+/// Largest number of iterations.
 const ROUNDS: usize = 50;
 
-/// The pitch and heave equations that the vehicle is to have.
+/// The pitch and heave equations that the vehicle must have.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Target {
     /// m/s
     pub(super) speed: f64,
     /// `kappa`, `beta` and `mu`.
     pub(super) pitch: [f64; 3],
-    /// `nu`, 1/(m s); `None`: as the base's coefficients have it.
+    /// `nu`, 1/(m s); `None`: from the base's coefficients.
     pub(super) to_pitch: Option<f64>,
     /// Likewise.
     pub(super) heave: Option<Heave>,
@@ -34,9 +34,8 @@ impl Target {
         }
     }
 
-    /// The base with the coefficients that make it so: what its accelerations lack is made up by the loads that
-    /// accelerate this inertia by as much. On an even keel that is exact; where level flight moves with the
-    /// coefficients it takes a few rounds.
+    /// Changes the base's coefficients until its accelerations match; the missing accelerations are converted to loads with the inertia. On
+    /// an even keel this is exact; if level flight changes with the coefficients it takes a few iterations.
     pub(super) fn reached_from(&self, base: &Vehicle) -> Result<Vehicle, Error> {
         let u = self.speed;
         let (m0, l) = (base.reference_mass, base.reference_length);
@@ -95,7 +94,7 @@ impl Target {
     }
 }
 
-/// The load that accelerates by so much more; without a `heave`, a moment alone.
+/// Load for these additional accelerations; without `heave`, only a moment.
 fn needed(d: &Derivatives, heave: Option<f64>, pitch: f64) -> GeneralisedForce {
     match heave {
         Some(heave) => GeneralisedForce {

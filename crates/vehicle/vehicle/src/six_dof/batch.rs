@@ -1,4 +1,4 @@
-//! Many vehicles of one kind at once: their numbers side by side, stepped in lanes.
+//! Many vehicles of one kind at once: their values are stored side by side and stepped together.
 
 use super::equations::State;
 use super::lanes::Lanes;
@@ -6,15 +6,15 @@ use super::simulate::runge_kutta_under;
 use super::vehicle::Vehicle;
 use super::water::Water;
 
-/// Vehicles that are stepped together.
+/// Number of vehicles in a group that is stepped together.
 const WIDTH: usize = 8;
 
-/// Vehicles of one kind, each with a state, inputs and water of its own. Each moves as it does alone, to the last bit.
+/// Vehicles of one kind, each with its own state, inputs and water. Each moves exactly as it does alone, to the last bit.
 #[derive(Clone, Debug)]
 pub struct Batch<'a> {
     vehicle: &'a Vehicle,
     count: usize,
-    /// By groups of [`WIDTH`]; what fills the last group up is a copy of its first vehicle.
+    /// Groups of [`WIDTH`]; the last group is filled with copies of its first vehicle.
     groups: Vec<Group>,
 }
 
@@ -26,7 +26,7 @@ struct Group {
 }
 
 impl<'a> Batch<'a> {
-    /// Vehicles in these states, their inputs 0 and the water at rest.
+    /// Creates vehicles in these states, with zero inputs in water at rest.
     #[must_use]
     pub fn new(vehicle: &'a Vehicle, states: &[State]) -> Self {
         let groups = states.chunks(WIDTH).map(|chunk| {
@@ -45,22 +45,22 @@ impl<'a> Batch<'a> {
         }
     }
 
-    /// How many vehicles.
+    /// Number of vehicles.
     #[must_use]
     pub fn len(&self) -> usize {
         self.count
     }
 
-    /// Whether there is none.
+    /// Whether there are no vehicles.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }
 
-    /// The state of vehicle `k`.
+    /// State of vehicle `k`.
     ///
     /// # Panics
-    /// When there is none of that number.
+    /// If there is no vehicle `k`.
     #[must_use]
     pub fn state(&self, k: usize) -> State {
         assert!(k < self.count);
@@ -68,10 +68,10 @@ impl<'a> Batch<'a> {
         State::of_row(row.map(|x| x.0[k % WIDTH]))
     }
 
-    /// Sets the inputs of vehicle `k`, in the order of [`super::Parts::inputs`]; those that are missing stay.
+    /// Sets the inputs of vehicle `k`, in the order of [`super::Parts::inputs`]; missing inputs stay unchanged.
     ///
     /// # Panics
-    /// When there is none of that number.
+    /// If there is no vehicle `k`.
     pub fn set_inputs(&mut self, k: usize, inputs: &[f64]) {
         assert!(k < self.count);
         for (of, input) in self.groups[k / WIDTH].inputs.iter_mut().zip(inputs) {
@@ -79,10 +79,10 @@ impl<'a> Batch<'a> {
         }
     }
 
-    /// Sets the water about vehicle `k`. Surface and bottom are those of its group of eight: the last set holds.
+    /// Sets the water around vehicle `k`. Surface and bottom are common to its group of eight; the last call determines them.
     ///
     /// # Panics
-    /// When there is none of that number.
+    /// If there is no vehicle `k`.
     pub fn set_water(&mut self, k: usize, water: &Water<f64>) {
         assert!(k < self.count);
         let (of, lane) = (&mut self.groups[k / WIDTH].water, k % WIDTH);
@@ -98,7 +98,7 @@ impl<'a> Batch<'a> {
         }
     }
 
-    /// So many steps of length `dt` \[s\] by the classical Runge-Kutta method, inputs and water held.
+    /// Advances by `steps` steps of `dt` \[s\] with the classical Runge-Kutta method; inputs and water are constant.
     pub fn advance(&mut self, steps: u32, dt: f64) {
         for group in &mut self.groups {
             let held = self.vehicle.held(&group.inputs);
@@ -109,7 +109,7 @@ impl<'a> Batch<'a> {
         }
     }
 
-    /// The vehicles in parts of about `count` each, to be advanced by different threads.
+    /// Splits the vehicles into parts of about `count` each, for different threads.
     #[must_use]
     pub fn split(self, count: usize) -> Vec<Self> {
         let size = count.div_ceil(WIDTH).max(1);

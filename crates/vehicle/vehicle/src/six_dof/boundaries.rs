@@ -1,13 +1,13 @@
-//! What the surface takes of the hull's buoyancy, and how the bottom holds it.
+//! Loss of buoyancy at the surface, and contact with the bottom.
 //!
 //! ```text
 //! surface:  strips along the hull; B/n s_i of buoyancy is lost where a share s_i is out of the water, s_i = 1/2 - z_i/H in [0, 1]
 //! bottom:   at the four ends of its base, N = k d (1 + c d') where it is d deep in the ground, and friction -mu N against the way
 //! ```
 //!
-//! Every strip is `H` high whichever way the hull is turned, so the force hangs on depths alone and has a potential. The contact's law is Hunt's and
-//! Crossley's ("Coefficient of restitution interpreted as damping in vibroimpact", J. Appl. Mech. 42, 1975), with a spring that the weight presses in by 1 cm.
-//! Damping, added mass, fins and thrusters are those of the whole hull under water: no slamming, no ventilation.
+//! Every strip has the height `H` in any attitude, so the force depends only on depths and has a potential. The contact force follows Hunt
+//! and Crossley ("Coefficient of restitution interpreted as damping in vibroimpact", J. Appl. Mech. 42, 1975), with a spring that the
+//! weight compresses by 1 cm. Damping, added mass, fins and thrusters stay those of the submerged hull: no slamming, no ventilation.
 
 use super::equations::State;
 use super::hull::STRIPS;
@@ -16,20 +16,20 @@ use super::rotation;
 use super::vehicle::Vehicle;
 use super::water::Water;
 
-/// How deep the weight alone presses the hull into the ground \[m\].
+/// Depth to which the weight alone presses the hull into the ground \[m\].
 const SINKAGE: f64 = 0.01;
 
-/// Damping of the contact, per speed into the ground \[s/m\].
+/// Damping of the contact, per velocity into the ground \[s/m\].
 const CONTACT_DAMPING: f64 = 1.0;
 
-/// Coefficient of friction on the ground.
+/// Coefficient of friction with the ground.
 const FRICTION: f64 = 0.3;
 
-/// Speed \[m/s\] over which friction takes its sign.
+/// Speed \[m/s\] at which friction reaches its full value.
 const CREEP: f64 = 0.05;
 
 impl Vehicle {
-    /// How deep the lowest end of the hull is \[m\], and the highest, for an attitude's matrix.
+    /// Depths of the lowest and the highest point of the hull \[m\], for the rotation matrix of an attitude.
     #[must_use]
     pub fn extent(&self, depth: f64, r: &[Three<f64>; 3]) -> [f64; 2] {
         let (hull, b) = (&self.parts.hull, self.parts.centre_of_buoyancy);
@@ -45,14 +45,14 @@ impl Vehicle {
         [lowest + 0.5 * hull.height, highest - 0.5 * hull.height]
     }
 
-    /// No part of the hull is farther from the origin, up or down \[m\].
+    /// Largest vertical distance of any part of the hull from the origin \[m\].
     #[inline(always)]
     pub(super) fn reach(&self) -> f64 {
         let (hull, b) = (&self.parts.hull, self.parts.centre_of_buoyancy);
         hull.reach() + b[0].abs() + b[1].abs() + b[2].abs()
     }
 
-    /// What surface and bottom do to the hull.
+    /// Forces of surface and bottom on the hull.
     #[inline(always)]
     pub(super) fn boundaries<T: Real>(
         &self,
@@ -76,7 +76,7 @@ impl Vehicle {
         force
     }
 
-    /// The buoyancy that the surface takes.
+    /// Buoyancy lost above the surface.
     #[inline(always)]
     fn emerged<T: Real>(&self, r: &[Three<T>; 3], depth: T) -> Six<T> {
         let (hull, b) = (&self.parts.hull, self.parts.centre_of_buoyancy);
@@ -93,7 +93,7 @@ impl Vehicle {
         force
     }
 
-    /// The bottom's hold.
+    /// Contact force of the bottom.
     #[inline(always)]
     fn aground<T: Real>(&self, r: &[Three<T>; 3], state: &State<T>, bottom: f64) -> Six<T> {
         let (hull, b) = (&self.parts.hull, self.parts.centre_of_buoyancy);

@@ -1,23 +1,23 @@
-//! Hydrodynamic coefficients by their names: a force or moment per product of velocities (Prestero 2001; Healey and Lienard 1993).
+//! Hydrodynamic coefficients by name: force or moment per product of velocities (Prestero 2001; Healey and Lienard 1993).
 //!
-//! `Y_uv` is the sway force per `u v`, `Z_w|w|` the heave force per `w |w|`, `N_uudr` the yaw moment per `u^2 delta_r`, `X_udot` the surge force per
-//! `u'`. SI units; the velocities are those through the water.
+//! `Y_uv` is the sway force per `u v`, `Z_w|w|` the heave force per `w |w|`, `N_uudr` the yaw moment per `u^2 delta_r`, `X_udot` the surge
+//! force per `u'`. SI units; the velocities are through the water.
 
 use super::inertia::{Matrix6, coriolis};
 use super::lanes::{Real, Six};
 
-/// A product of two velocities, or of `u^2` and an input, in one row.
+/// A product of two velocities, or of `u^2` and an input, in one equation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Term {
-    /// The row: 0 to 5 for X, Y, Z, K, M, N.
+    /// Index of the equation: 0 to 5 for X, Y, Z, K, M, N.
     pub row: usize,
-    /// What the coefficient multiplies.
+    /// Factor that the coefficient multiplies.
     pub of: Factor,
-    /// The coefficient, SI.
+    /// Value of the coefficient, SI.
     pub value: f64,
 }
 
-/// What a coefficient multiplies.
+/// Factor that a coefficient multiplies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Factor {
     /// `nu_i nu_j`, `i <= j`.
@@ -26,7 +26,7 @@ pub enum Factor {
     Drag(usize, usize),
     /// `nu_i`.
     Velocity(usize),
-    /// `nu_i'`: added mass.
+    /// `nu_i'`, an acceleration: added mass.
     Acceleration(usize),
     /// `u^2` times input `k` of the vehicle.
     Input(usize),
@@ -35,17 +35,18 @@ pub enum Factor {
 const VELOCITIES: &str = "uvwpqr";
 const ROWS: &str = "XYZKMN";
 
-/// Why a coefficient's name was not understood.
+/// An invalid coefficient name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "no coefficient's name: a row of X, Y, Z, K, M, N, then _ and velocities of u, v, w, p, q, r (Y_uv, Z_w|w|), a velocity and dot (X_udot), or uu and an input ({0})"
+    "not the name of a coefficient; use a row of X, Y, Z, K, M, N, then _ and velocities of u, v, \
+     w, p, q, r (Y_uv, Z_w|w|), a velocity and dot (X_udot), or uu and an input ({0})"
 )]
 pub struct Unknown(String);
 
-/// The term of a name; `inputs` are the vehicle's, as `dr` for the rudder.
+/// Parses the name of a term; `inputs` are the vehicle's names, such as `dr` for the rudder.
 ///
 /// # Errors
-/// [`Unknown`] when it is no such name.
+/// [`Unknown`], if the name is invalid.
 pub fn term(name: &str, value: f64, inputs: &[&str]) -> Result<Term, Unknown> {
     let parsed = (|| {
         let (row, product) = name.split_once('_')?;
@@ -82,7 +83,7 @@ impl Term {
     }
 }
 
-/// The added mass of the terms in `nu'`: `M_A = -(derivatives)`. Of a pair off the diagonal one may be named alone.
+/// Added mass from the terms in `nu'`: `M_A = -(derivatives)`. For a symmetric pair of entries one name is enough.
 pub(super) fn added_mass(terms: &[Term]) -> Matrix6 {
     let mut named = [[None; 6]; 6];
     for term in terms {
@@ -93,8 +94,8 @@ pub(super) fn added_mass(terms: &[Term]) -> Matrix6 {
     std::array::from_fn(|i| std::array::from_fn(|j| named[i][j].or(named[j][i]).unwrap_or(0.0)))
 }
 
-/// The terms of a table that prints the products of added mass too, without those: the Coriolis forces of added mass are computed of `M_A`, and
-/// what a printed coefficient has beyond them is left. Terms in `nu'` are gone.
+/// Terms of a table that includes the products of added mass, with these products removed: the Coriolis forces of added mass are computed
+/// from `M_A`, and only the remainder of a printed coefficient is kept. Terms in `nu'` are removed.
 pub(super) fn beyond_added_mass(terms: &[Term], added_mass: &Matrix6) -> Vec<Term> {
     let unit = |i: usize, j: usize| -> Six<f64> {
         std::array::from_fn(|k| if k == i || k == j { 1.0 } else { 0.0 })

@@ -1,4 +1,4 @@
-//! Drag that has no lift: damping matrices, and cross-flow drag by strips.
+//! Drag without lift: damping matrices, and cross-flow drag by strips.
 
 use planesman_units::{Rule, readers};
 use serde::Deserialize;
@@ -7,12 +7,12 @@ use super::inertia::Matrix6;
 use super::lanes::{Real, Six, product, sum};
 use crate::positive;
 
-/// Linear and quadratic damping: `force_i = -sum_j (D_ij nu_j + Q_ij |nu_j| nu_j)`, `nu` through the water.
+/// Linear and quadratic damping: `force_i = -sum_j (D_ij nu_j + Q_ij |nu_j| nu_j)`, with `nu` through the water.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Damping {
     /// `D`: N s/m, N s; rows of moments N s, N m s.
     pub linear: Matrix6,
-    /// `Q`: N s^2/m^2 and so on.
+    /// `Q`: N s^2/m^2 etc.
     pub quadratic: Matrix6,
 }
 
@@ -35,7 +35,7 @@ readers! {
     array 2 ends: Length, Rule::Any;
 }
 
-/// Cross-flow drag of a hull of constant width: each length of it has the drag of its own velocity across.
+/// Cross-flow drag of a hull of constant width: each strip has the drag of its own cross-flow velocity.
 ///
 /// ```text
 /// v(x) = v + x r    w(x) = w - x q    V = sqrt(v(x)^2 + w(x)^2)
@@ -47,17 +47,17 @@ pub struct CrossFlow {
     /// \[kg/m^3\]
     #[serde(with = "positive::density")]
     pub density: f64,
-    /// `C_d`, of a cylinder across the flow.
+    /// `C_d` of a cylinder across the flow.
     pub drag: f64,
     /// `b` \[m\]
     #[serde(with = "positive::length")]
     pub width: f64,
-    /// The hull's ends, aft and fore of the origin \[m\].
+    /// Ends of the hull, aft and forward of the origin \[m\].
     #[serde(with = "ends")]
     pub ends: [f64; 2],
 }
 
-/// Places and weights of Gauss and Legendre on -1 to 1.
+/// Nodes and weights of Gauss-Legendre quadrature on -1 to 1.
 const GAUSS: [(f64, f64); 8] = [
     (-0.9602898564975363, 0.10122853629037626),
     (-0.7966664774136267, 0.22238103445337448),

@@ -1,4 +1,4 @@
-//! A vehicle file whose numbers are changed where they stand: units, sources and everything else of the text stay.
+//! A vehicle file whose numbers can be changed in place: units, sources and all other text are preserved.
 
 use std::ops::Range;
 
@@ -8,7 +8,7 @@ use planesman_units::Quantity;
 use super::file::{self, FileError, FileSchema, PropulsionSection, Square};
 use super::vehicle::Vehicle;
 
-/// Numbers that are named together.
+/// Groups of numbers.
 const GROUPS: [&str; 8] = [
     "added_mass",
     "linear_damping",
@@ -23,28 +23,28 @@ const GROUPS: [&str; 8] = [
 /// A number of a vehicle file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Number {
-    /// Its name: a coefficient's own (`Y_uv`), `linear_damping_26` for row 2 and column 6 of a matrix, `fins_1_slope`, `thrust` for the
-    /// factor of all thrust, `buoyancy`, `centre_of_gravity_z`.
+    /// Name: a coefficient's own (`Y_uv`), `linear_damping_26` for row 2 and column 6 of a matrix, `fins_1_slope`, `thrust` for the factor
+    /// of all thrust, `buoyancy`, `centre_of_gravity_z`.
     pub name: String,
-    /// What it belongs to: `added_mass` (`X_udot` too), `linear_damping`, `quadratic_damping`, `cross_flow`, `coefficients`, `fins`, `thrust`, `body`.
+    /// Group: `added_mass` (`X_udot` too), `linear_damping`, `quadratic_damping`, `cross_flow`, `coefficients`, `fins`, `thrust`, `body`.
     pub group: &'static str,
-    /// Its value, in the file's unit; 1 for a factor.
+    /// Value in the file's unit; 1 for a factor.
     pub value: f64,
-    /// Where it stands; several places for a factor.
+    /// Its places in the file; several for a factor.
     places: Vec<Place>,
 }
 
-/// A place of a number in a file.
+/// Place of a number in a file.
 #[derive(Clone, Debug, PartialEq)]
 struct Place {
     path: Vec<String>,
     bytes: Range<usize>,
-    /// The number there, in the file's unit.
+    /// Value there, in the file's unit.
     value: f64,
 }
 
 impl Number {
-    /// What stands at one of its places once it has this value.
+    /// Value at one of its places for a new value of the number.
     fn at(&self, place: &Place, value: f64) -> f64 {
         match self.group {
             "thrust" => place.value * value,
@@ -53,7 +53,7 @@ impl Number {
     }
 }
 
-/// A vehicle file, as text and read, with the numbers in it that are not 0.
+/// A vehicle file: its text, its parsed content, and its numbers that are not 0.
 #[derive(Clone, Debug)]
 pub struct EditableFile {
     file: String,
@@ -62,14 +62,14 @@ pub struct EditableFile {
     numbers: Vec<Number>,
 }
 
-/// A change of a number: its place in [`EditableFile::numbers`], and its new value.
+/// Change of a number: its index in [`EditableFile::numbers`], and its new value.
 pub type Change = (usize, f64);
 
 impl EditableFile {
-    /// A built-in vehicle by its name, or else the one in the file at that path.
+    /// Loads a built-in vehicle by name, or else the file at that path.
     ///
     /// # Errors
-    /// [`FileError`], as of [`file::load`].
+    /// [`FileError`], as in [`file::load`].
     pub fn load(name_or_path: &str) -> Result<Self, FileError> {
         let text = file::text(name_or_path)?.into_owned();
         let mut schema = file::schema(name_or_path, &text)?;
@@ -86,7 +86,8 @@ impl EditableFile {
             // What is changed at its anchor would change here too.
             if text[at.clone()].starts_with('*') {
                 return Err(malformed(format!(
-                    "{}: the alias {} refused: a fit changes each number where it is written; write the value here",
+                    "{}: the alias {} refused: a fit changes each number at its place; write the \
+                     value instead of the alias",
                     path.join(".").replace(".[", "["),
                     text[at].trim_end()
                 )));
@@ -122,7 +123,7 @@ impl EditableFile {
         &self.numbers
     }
 
-    /// Those that a word names: a number's name or a group; `None` when it is neither.
+    /// Indices of the number or group with this name; `None` if the name is unknown.
     #[must_use]
     pub fn named(&self, word: &str) -> Option<Vec<usize>> {
         let all = self.numbers.iter().enumerate();
@@ -136,7 +137,7 @@ impl EditableFile {
     /// The vehicle with some numbers changed.
     ///
     /// # Errors
-    /// [`FileError::Refused`] when it is not physical.
+    /// [`FileError::Refused`], if it is not physical.
     pub fn vehicle(&self, changes: &[Change]) -> Result<Vehicle, FileError> {
         let mut schema = self.schema.clone();
         for (index, value) in changes {
@@ -151,7 +152,8 @@ impl EditableFile {
         vehicle.map_err(|reason| file::refused(&self.file, reason))
     }
 
-    /// The text with some numbers changed, each with a remark (`95 % +- 0.2`) in place of the line's own; `name` is the new vehicle's, `head` a comment above it.
+    /// The text with some numbers changed. Each change has a remark (`95 % +- 0.2`) that replaces the line's comment; `name` is the new
+    /// vehicle's name, `head` a comment above it.
     #[must_use]
     pub fn text(&self, name: &str, head: &str, changes: &[(Change, String)]) -> String {
         let text = self.changed(changes);
@@ -196,7 +198,7 @@ enum Entry<'a> {
 }
 
 impl Entry<'_> {
-    /// Puts a number there, in the file's unit.
+    /// Sets the number, in the file's unit.
     fn set(self, value: f64) {
         match self {
             Self::Number(number) => *number = value,
@@ -205,7 +207,7 @@ impl Entry<'_> {
     }
 }
 
-/// What a path leads to, with its name and group; `None` for what is no coefficient.
+/// The entry at a path, with its name and group; `None` if it is not a coefficient.
 fn entry<'a>(
     file: &'a mut FileSchema,
     path: &[String],
@@ -275,13 +277,13 @@ fn entry<'a>(
     Some((name, group, entry))
 }
 
-/// The place in a list, written as `[3]`.
+/// Index in a list, from the form `[3]`.
 fn place(text: &str) -> Option<usize> {
     let place = text.strip_prefix('[')?.strip_suffix(']')?;
     place.parse().ok()
 }
 
-/// The entry of a matrix that a path leads to.
+/// The entry of a matrix at a path.
 fn matrix_entry<'a>(
     group: &'static str,
     matrix: &'a mut Option<Square>,
@@ -311,7 +313,7 @@ const DIAGONAL: [(&str, &str); 6] = [
     ("N", "r"),
 ];
 
-/// The number that a scalar begins with, and its bytes; a unit may follow.
+/// The number at the start of a scalar, and its bytes; a unit may follow.
 fn number(text: &str, at: Range<usize>) -> Option<(f64, Range<usize>)> {
     let scalar = text[at.clone()].trim_end();
     let length = scalar

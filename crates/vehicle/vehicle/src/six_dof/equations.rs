@@ -1,4 +1,4 @@
-//! The equations of motion of six degrees of freedom, Fossen's vector form about the body's origin:
+//! The equations of motion in six degrees of freedom, in Fossen's vector form about the body's origin:
 //!
 //! ```text
 //! M_RB nu' + C_RB(nu) nu + M_A (nu' - nu_c') + C_A(nu_r) nu_r + D(nu_r) nu_r + g = tau
@@ -8,8 +8,8 @@
 //! (x, y, z)' = R (u, v, w)     Q' = 1/2 Q (0, p, q, r)
 //! ```
 //!
-//! Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), ch. 6 to 8, writes the equation in `nu_r`, which is the same in a steady
-//! uniform current. Water that accelerates also pushes by its pressure gradient, as much as on the water that the body displaces.
+//! Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), ch. 6 to 8, writes the equation in `nu_r`, which is the same
+//! in a steady uniform current. Accelerating water also acts by its pressure gradient, with the same force as on the displaced water.
 
 use super::inertia::{Matrix6, coriolis};
 use super::lanes::{Real, Six, Three, cross, difference, halves, of, product, scaled, six, sum};
@@ -18,19 +18,19 @@ use super::rotation::{self, Quaternion};
 use super::vehicle::Vehicle;
 use super::water::{GRAVITY, Water};
 
-/// Where the vehicle is and how it moves.
+/// State of the vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State<T = f64> {
-    /// Of the body's origin: north, east, down \[m\].
+    /// Position of the body's origin: north, east, down \[m\].
     pub position: Three<T>,
-    /// From the body to the fixed frame.
+    /// Attitude, from the body to the fixed frame.
     pub attitude: Quaternion<T>,
     /// `nu`: u, v, w \[m/s\], p, q, r \[rad/s\], over ground.
     pub velocity: Six<T>,
 }
 
 impl<T: Real> State<T> {
-    /// As one row: position, attitude, velocity.
+    /// The state as one row: position, attitude, velocity.
     #[inline(always)]
     #[must_use]
     pub fn row(&self) -> [T; 13] {
@@ -39,7 +39,7 @@ impl<T: Real> State<T> {
         [x, y, z, a, b, c, d, u, v, w, p, q, r]
     }
 
-    /// Of such a row.
+    /// The state from such a row.
     #[inline(always)]
     #[must_use]
     pub fn of_row([x, y, z, a, b, c, d, u, v, w, p, q, r]: [T; 13]) -> Self {
@@ -51,14 +51,14 @@ impl<T: Real> State<T> {
     }
 }
 
-/// The right-hand side of `M nu' = ...`, part by part: forces \[N\] and moments \[N m\] about the origin.
+/// The terms on the right-hand side of `M nu' = ...`: forces \[N\] and moments \[N m\] about the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forces<T = f64> {
     /// `-C_RB(nu) nu`
     pub rigid_body_coriolis: Six<T>,
-    /// `-C_A(nu_r) nu_r`, the Munk moment in it.
+    /// `-C_A(nu_r) nu_r`, including the Munk moment.
     pub added_mass_coriolis: Six<T>,
-    /// `M_A nu_c'`, and the pressure gradient of water that accelerates.
+    /// `M_A nu_c'`, and the pressure gradient of accelerating water.
     pub current_acceleration: Six<T>,
     /// `-g`: weight and buoyancy.
     pub restoring: Six<T>,
@@ -66,7 +66,7 @@ pub struct Forces<T = f64> {
     pub damping: Six<T>,
     /// Coefficients beyond added mass: hull lift, drag by products, fins given by `u^2 delta`.
     pub coefficients: Six<T>,
-    /// Fins in the flow at their own place.
+    /// Fins in the flow at their own position.
     pub fins: Six<T>,
     /// Propellers and thrusters.
     pub propulsion: Six<T>,
@@ -75,7 +75,7 @@ pub struct Forces<T = f64> {
 }
 
 impl<T: Real> Forces<T> {
-    /// All parts together.
+    /// Sum of all terms.
     #[inline(always)]
     #[must_use]
     pub fn total(&self) -> Six<T> {
@@ -95,17 +95,17 @@ impl<T: Real> Forces<T> {
     }
 }
 
-/// Inputs that are held, with what they alone determine.
+/// Constant inputs, with the terms that depend on them alone.
 pub(super) struct FixedTerms<'a, T> {
     inputs: &'a [T],
-    /// Of the propulsors that do not feel the flow.
+    /// Thrust of the propulsors that do not depend on the flow.
     thrust: Six<T>,
     /// The others.
     in_flow: &'a [Propulsor],
 }
 
 impl Vehicle {
-    /// The forces and moments on the vehicle, part by part; `inputs` as the vehicle names them.
+    /// Forces and moments on the vehicle by term; `inputs` are in the vehicle's order.
     #[inline(always)]
     #[must_use]
     pub fn forces<T: Real>(&self, state: &State<T>, inputs: &[T], water: &Water<T>) -> Forces<T> {
@@ -113,7 +113,8 @@ impl Vehicle {
         self.forces_at(&r, state, &self.held(inputs), water)
     }
 
-    /// The inputs, with the thrust that hangs on them alone: of the propulsors before the first that feels the flow.
+    /// Prepares constant inputs and the thrust that depends on them alone: that of the propulsors before the first that depends on the
+    /// flow.
     #[inline(always)]
     pub(super) fn held<'a, T: Real>(&'a self, inputs: &'a [T]) -> FixedTerms<'a, T> {
         let propulsors = &self.parts.propulsors;
@@ -133,7 +134,7 @@ impl Vehicle {
         }
     }
 
-    /// The forces with the rotation matrix of the attitude.
+    /// The forces, given the rotation matrix of the attitude.
     #[inline(always)]
     fn forces_at<T: Real>(
         &self,
@@ -188,7 +189,7 @@ impl Vehicle {
         six(force, cross(of(&self.parts.centre_of_buoyancy), force))
     }
 
-    /// `-g = ( (W-B) k , r_g x W k - r_b x B k )`, `k` down in the body.
+    /// `-g = ( (W-B) k , r_g x W k - r_b x B k )`, with `k` down in body axes.
     #[inline(always)]
     fn restoring<T: Real>(&self, r: &[Three<T>; 3]) -> Six<T> {
         let down = r[2];
@@ -213,14 +214,14 @@ impl Vehicle {
         )
     }
 
-    /// The derivative of the state, as a row.
+    /// Derivative of the state, as a row.
     #[inline(always)]
     #[must_use]
     pub fn derivative<T: Real>(&self, state: &State<T>, inputs: &[T], water: &Water<T>) -> [T; 13] {
         self.derivative_under(state, &self.held(inputs), water)
     }
 
-    /// The same, where the thrust that hangs on the inputs alone is known.
+    /// The same, with prepared inputs.
     #[inline(always)]
     pub(super) fn derivative_under<T: Real>(
         &self,

@@ -1,4 +1,4 @@
-//! Files of vehicles of six degrees of freedom: YAML, each dimensional value with its unit, coefficients and matrices in SI.
+//! Files of vehicles with six degrees of freedom: YAML; dimensional values have a unit, coefficients and matrices are in SI.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -18,7 +18,7 @@ use super::propulsion::{Propeller, Propulsor, Thruster};
 use super::vehicle::{Parts, Unphysical, Vehicle};
 use crate::positive;
 
-/// The vehicles that need no file, each with its text.
+/// Built-in vehicles, each with its text.
 const BUILT_IN: &[(&str, &str)] = &[
     (
         "remus_100_printed",
@@ -35,34 +35,34 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("lauv", include_str!("../../vehicles/six_dof/lauv.yaml")),
 ];
 
-/// Why a vehicle was not taken.
+/// Reason why a vehicle is refused.
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
-    /// The file could not be read.
+    /// The file cannot be read.
     #[error(
-        "vehicle file '{file}': {reason} (built in with six degrees of freedom are {})",
+        "vehicle file '{file}': {reason}; built-in vehicles with six degrees of freedom: {}",
         names()
     )]
     Unreadable {
         /// Its path.
         file: String,
-        /// The system's error.
+        /// Error of the operating system.
         reason: std::io::Error,
     },
-    /// The text is not YAML of the right form.
+    /// The text is not YAML of the expected form.
     #[error("vehicle file '{file}': {reason}")]
     Malformed {
         /// Its path.
         file: String,
-        /// The field and the line.
+        /// Field and line.
         reason: String,
     },
-    /// A value breaks a rule.
+    /// A value violates a rule.
     #[error("vehicle file '{file}': {reason}")]
     Refused {
         /// Its path.
         file: String,
-        /// The entry, its value and the rule.
+        /// Entry, value and rule.
         reason: Unphysical,
     },
 }
@@ -71,38 +71,38 @@ fn names() -> String {
     built_in().collect::<Vec<_>>().join(", ")
 }
 
-/// The names of the vehicles that need no file.
+/// Names of the built-in vehicles.
 pub fn built_in() -> impl Iterator<Item = &'static str> {
     BUILT_IN.iter().map(|(name, _)| *name)
 }
 
-/// The text of a built-in vehicle.
+/// Text of a built-in vehicle.
 pub(crate) fn built_in_text(name: &str) -> Option<&'static str> {
     let found = BUILT_IN.iter().find(|(built_in, _)| *built_in == name);
     found.map(|(_, text)| *text)
 }
 
-/// Whether the text of a file is of a vehicle of six degrees: it names its inputs.
+/// Whether the text describes a vehicle with six degrees of freedom: such a file lists its inputs.
 pub(crate) fn is_of_six_degrees(text: &str) -> bool {
     let head: Result<Head, _> = yaml::from_str(text);
     head.is_ok_and(|head| head.inputs.is_some())
 }
 
-/// What tells a file of six degrees from one of the plane.
+/// The part of a file that distinguishes six degrees of freedom from the vertical plane.
 #[derive(Deserialize)]
 struct Head {
     inputs: Option<serde::de::IgnoredAny>,
 }
 
-/// A built-in vehicle by its name, or else the one in the file at that path.
+/// Loads a built-in vehicle by name, or else the file at that path.
 ///
 /// # Errors
-/// [`FileError`], which names the file, the entry, the value and the rule.
+/// [`FileError`], with file, entry, value and rule.
 pub fn load(name_or_path: &str) -> Result<Vehicle, FileError> {
     parse(name_or_path, &text(name_or_path)?)
 }
 
-/// The text of a built-in vehicle, or else of the file at that path.
+/// Text of a built-in vehicle, or else of the file at that path.
 pub(super) fn text(name_or_path: &str) -> Result<Cow<'static, str>, FileError> {
     if let Some(text) = built_in_text(name_or_path) {
         return Ok(Cow::Borrowed(text));
@@ -115,7 +115,7 @@ pub(super) fn text(name_or_path: &str) -> Result<Cow<'static, str>, FileError> {
         })
 }
 
-/// The vehicle in `text`; `file` is named in errors.
+/// Parses the vehicle in `text`; errors name `file`.
 ///
 /// # Errors
 /// [`FileError::Malformed`] or [`FileError::Refused`].
@@ -124,7 +124,7 @@ pub fn parse(file: &str, text: &str) -> Result<Vehicle, FileError> {
     vehicle.map_err(|reason| refused(file, reason))
 }
 
-/// The file in `text` as it is written.
+/// Parses the content of the file in `text` without conversion.
 pub(super) fn schema(file: &str, text: &str) -> Result<FileSchema, FileError> {
     yaml::from_str(text).map_err(|error| FileError::Malformed {
         file: file.to_owned(),
@@ -145,8 +145,8 @@ readers! {
     shape: Number, [1e-3, 1e4];
 }
 
-/// A file as it is written. The numbers that a fit may change ([`super::EditableFile`]) are checked by [`vehicle`](Self::vehicle), all others
-/// where they are read.
+/// Content of a file. The numbers that a fit may change ([`super::EditableFile`]) are checked by [`vehicle`](Self::vehicle), all others
+/// when they are read.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct FileSchema {
@@ -173,7 +173,7 @@ pub(super) struct FileSchema {
     hull: Option<Hull>,
 }
 
-/// An input by its name; a source that counts its angle to the other side says so.
+/// An input with its name; `reversed` if the source counts its angle with the opposite sign.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Input {
@@ -181,7 +181,7 @@ struct Input {
     /// Its letters in the names of coefficients: `dr` in `Y_uudr`.
     #[serde(default)]
     letters: String,
-    /// The source counts it positive to the other side.
+    /// Whether the source counts it with the opposite sign.
     #[serde(default)]
     reversed: bool,
 }
@@ -211,7 +211,7 @@ enum About {
     CentreOfGravity,
 }
 
-/// A matrix: its diagonal, or all of it.
+/// A matrix, given by its diagonal or in full.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(untagged)]
 pub(super) enum Square {
@@ -237,7 +237,7 @@ impl Square {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CoefficientsSection {
-    /// The table prints the products of added mass too, as `X_wq` and `M_uw`; else they are computed beside it.
+    /// Whether the table includes the products of added mass, such as `X_wq` and `M_uw`; otherwise they are computed in addition.
     includes_added_mass: bool,
     pub(super) values: BTreeMap<String, f64>,
 }
@@ -266,7 +266,7 @@ pub(super) struct FinSection {
     sharpness: f64,
 }
 
-/// A propulsor. A parser loses the field of a value in a form that is chosen by its `kind`: these are checked by [`Self::propulsor`].
+/// A propulsor. The parser's errors do not name a field in a form selected by `kind`; [`Self::propulsor`] checks these fields.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub(super) enum PropulsionSection {
@@ -307,16 +307,16 @@ pub(super) enum Hand {
     Left,
 }
 
-/// The largest magnitude of a coefficient or an entry of a matrix, SI: those of a ship are below.
+/// Largest magnitude of a coefficient or matrix entry, SI; those of ships are smaller.
 const MOST_COEFFICIENT: f64 = 1e15;
 
-/// A quantity in SI, by its rule.
+/// Converts a quantity to SI and checks its rule.
 fn si(entry: &str, q: &Quantity, dimension: Dimension, rule: Rule) -> Result<f64, Unphysical> {
     q.by_rule(dimension, rule)
         .map_err(|rule| Unphysical::new(entry, format!("{q} refused: {rule}")))
 }
 
-/// A number without a unit, within its range.
+/// Checks the range of a number without a unit.
 fn number(entry: &str, value: f64, range: [f64; 2]) -> Result<f64, Unphysical> {
     within(value, range, "")
         .map_err(|rule| Unphysical::new(entry, format!("{value} refused: {rule}")))
@@ -331,27 +331,27 @@ fn metres(entry: &str, [x, y, z]: &[Quantity; 3]) -> Result<Three<f64>, Unphysic
     Ok([metres(x)?, metres(y)?, metres(z)?])
 }
 
-/// A direction of length 1.
+/// Normalizes a direction to length 1.
 fn direction(entry: &str, [x, y, z]: Three<f64>) -> Result<Three<f64>, Unphysical> {
     let length = (x * x + y * y + z * z).sqrt();
     match length > 0.0 && length.is_finite() {
         true => Ok([x / length, y / length, z / length]),
         false => Err(Unphysical::new(
             entry,
-            format!("{:?} is no direction", [x, y, z]),
+            format!("{:?} is not a direction", [x, y, z]),
         )),
     }
 }
 
 impl FileSchema {
-    /// The vehicle of this file.
+    /// Creates the vehicle of this file.
     ///
     /// # Errors
     /// [`Unphysical`]: the entry, its value and the rule that it breaks.
     pub(super) fn vehicle(&self) -> Result<Vehicle, Unphysical> {
         let input = |entry: &str, name: &str| {
             let place = self.inputs.iter().position(|input| input.name == name);
-            place.ok_or_else(|| Unphysical::new(entry, format!("'{name}' is none of the inputs")))
+            place.ok_or_else(|| Unphysical::new(entry, format!("'{name}' is not an input")))
         };
         let matrix = |square: &Option<Square>, entry| {
             (square.as_ref()).map_or(Ok(Matrix6::default()), |square| square.matrix(entry))
@@ -365,7 +365,7 @@ impl FileSchema {
         let buoyancy = above_zero("buoyancy", &self.buoyancy, Dimension::Force)?;
         if let Some(strips) = &self.cross_flow {
             if strips.ends[0] >= strips.ends[1] {
-                let reason = "its ends must be aft and fore";
+                let reason = "its ends must be given aft first, then fore";
                 return Err(Unphysical::new("cross_flow", reason));
             }
             number("cross_flow.drag", strips.drag, [0.0, 1e3])?;
@@ -435,7 +435,7 @@ impl FileSchema {
     }
 }
 
-/// The place of an input, by the entry that names it and its name.
+/// Index of an input, from the entry and the name it contains.
 trait FindInput: Fn(&str, &str) -> Result<usize, Unphysical> {}
 impl<F: Fn(&str, &str) -> Result<usize, Unphysical>> FindInput for F {}
 
@@ -445,7 +445,7 @@ impl FinSection {
         let chord = direction(&at("chord"), self.chord)?;
         let normal = direction(&at("normal"), self.normal)?;
         if super::lanes::dot(chord, normal).abs() > 1e-9 {
-            return Err(Unphysical::new(at("normal"), "not across the chord"));
+            return Err(Unphysical::new(at("normal"), "not normal to the chord"));
         }
         Ok(Fin {
             input: input(&at("input"), &self.input)?,
@@ -481,7 +481,8 @@ impl PropulsionSection {
                 let limit = |q| si("limits", q, Dimension::Force);
                 let limits = [limit(&limits[0])?, limit(&limits[1])?];
                 if limits[0] >= limits[1] {
-                    let reason = format!("{limits:?}: the first must be below the second");
+                    let reason =
+                        format!("{limits:?} refused: the first limit must be below the second");
                     return Err(Unphysical::new(at("limits"), reason));
                 }
                 Propulsor::Force {

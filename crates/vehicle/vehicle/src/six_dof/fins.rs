@@ -1,36 +1,37 @@
-//! Fins as lifting surfaces in the flow at their own place, through stall.
+//! Fins as lifting surfaces in the flow at their own position, including stall.
 //!
 //! ```text
 //! V_f = v + w x r     V_c = e_c . V_f     V_n = e_n . V_f     alpha = delta - atan2(V_n, V_c)
 //! F = 1/2 rho S V [ C_L (-V_n e_c + V_c e_n) - C_D (V_c e_c + V_n e_n) ]
 //! ```
 //!
-//! Stall as Beard and McLain, Small Unmanned Aircraft (2012), (4.9) to (4.11): lift and drag go over from the thin wing's to the flat plate's about
-//! the angle of stall. For small angles and `V_c = u` the force is `1/2 rho S a (u^2 delta - u v - x u r)`: Prestero 2001, (4.43).
+//! Stall follows Beard and McLain, Small Unmanned Aircraft (2012), (4.9) to (4.11): lift and drag change from those of a thin wing to those
+//! of a flat plate about the stall angle. For small angles and `V_c = u` the force is `1/2 rho S a (u^2 delta - u v - x u r)`: Prestero
+//! 2001, (4.43).
 
 use std::f64::consts::{PI, TAU};
 
 use super::lanes::{Real, Six, Three, cross, dot, of, scaled, six, sum};
 
-/// A fin's section and shape.
+/// Section and shape of a fin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Section {
-    /// `a`, the slope of lift \[1/rad\].
+    /// `a`, lift slope \[1/rad\].
     pub slope: f64,
-    /// `C_D0`, drag without lift.
+    /// `C_D0`, drag coefficient without lift.
     pub drag: f64,
     /// `e`, Oswald's efficiency.
     pub oswald: f64,
-    /// `AR`, the aspect ratio.
+    /// `AR`, aspect ratio.
     pub aspect: f64,
-    /// The angle of stall \[rad\].
+    /// Stall angle \[rad\].
     pub stall: f64,
-    /// How sharply the fin stalls about it, per rad.
+    /// Sharpness of the stall about it, per rad.
     pub sharpness: f64,
 }
 
 impl Section {
-    /// Coefficients of lift and drag at an angle of attack \[rad\].
+    /// Lift and drag coefficient at an angle of attack \[rad\].
     #[must_use]
     pub fn lift_and_drag(&self, alpha: f64) -> (f64, f64) {
         let (k, s) = (self.sharpness, self.stall);
@@ -51,17 +52,17 @@ impl Section {
 /// A fin of the vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fin {
-    /// Which input of the vehicle is its angle \[rad\].
+    /// Index of the vehicle's input that is its angle \[rad\].
     pub input: usize,
-    /// Its centre of pressure from the origin \[m\].
+    /// Position of its centre of pressure from the origin \[m\].
     pub position: Three<f64>,
-    /// The chord's direction at angle 0, forward; of length 1.
+    /// Unit vector along the chord at angle 0, forward.
     pub chord: Three<f64>,
-    /// Where it pushes at a positive angle and speed ahead; of length 1, across the chord.
+    /// Unit vector of the force at a positive angle in forward motion, normal to the chord.
     pub normal: Three<f64>,
     /// \[m^2\]
     pub area: f64,
-    /// Of the water \[kg/m^3\].
+    /// Density of the water \[kg/m^3\].
     pub density: f64,
     /// The section.
     pub section: Section,
@@ -89,7 +90,7 @@ impl Fin {
     }
 }
 
-/// An angle in -pi to pi.
+/// The equivalent angle in -pi to pi.
 fn wrapped(angle: f64) -> f64 {
     match angle {
         a if a > PI => a - TAU,

@@ -1,10 +1,10 @@
-//! The hull's extent.
+//! Dimensions of the hull.
 
 use serde::Deserialize;
 
 use crate::positive;
 
-/// The hull's extent \[m\], about the centre of buoyancy.
+/// Dimensions of the hull \[m\], centred at the centre of buoyancy.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Hull {
@@ -19,11 +19,11 @@ pub struct Hull {
     pub height: f64,
 }
 
-/// Strips along the hull.
+/// Number of strips along the hull.
 pub(super) const STRIPS: usize = 9;
 
 impl Hull {
-    /// A cube of the water that a buoyancy \[N\] displaces: of a vehicle whose file does not say.
+    /// A cube with the volume of a buoyancy \[N\], for a vehicle whose file gives no hull.
     #[must_use]
     pub fn of_buoyancy(buoyancy: f64) -> Self {
         let edge = libm::cbrt(buoyancy / (1000.0 * super::water::GRAVITY));
@@ -34,18 +34,18 @@ impl Hull {
         }
     }
 
-    /// The strips' centres from the centre of buoyancy, along x \[m\].
+    /// Centres of the strips from the centre of buoyancy, along x \[m\].
     pub(super) fn strips(&self) -> [f64; STRIPS] {
         std::array::from_fn(|i| self.length * ((i as f64 + 0.5) / STRIPS as f64 - 0.5))
     }
 
-    /// The ends of its base from the centre of buoyancy, along x and y \[m\].
+    /// Corners of its base from the centre of buoyancy, along x and y \[m\].
     pub(super) fn ends(&self) -> [[f64; 2]; 4] {
         let (x, y) = (0.5 * self.length, 0.5 * self.width);
         [[x, y], [x, -y], [-x, y], [-x, -y]]
     }
 
-    /// No part of it is farther from the centre of buoyancy, up or down \[m\].
+    /// Largest vertical distance of any part from the centre of buoyancy \[m\].
     pub(super) fn reach(&self) -> f64 {
         0.5 * (self.length + self.width + self.height)
     }

@@ -1,4 +1,4 @@
-//! Inertia of the body and of the water that it moves, and their Coriolis forces.
+//! Inertia of the body and its added mass, and their Coriolis forces.
 //!
 //! For any symmetric 6 x 6 inertia `A` with the momentum `(P, H) = A nu`, `nu = (v, w)`:
 //!
@@ -6,8 +6,8 @@
 //! C(nu) nu = ( w x P ,  v x P + w x H )
 //! ```
 //!
-//! Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), (3.46) and (6.43), as a product. With added mass it has the
-//! Munk moment, `(X_udot - Y_vdot) u v` about z, and takes the velocity through the water.
+//! Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), (3.46) and (6.43), as a product. With added mass it includes
+//! the Munk moment, `(X_udot - Y_vdot) u v` about z, and uses the velocity through the water.
 
 use nalgebra::SMatrix;
 
@@ -23,7 +23,7 @@ pub struct RigidBody {
     pub mass: f64,
     /// Centre of gravity from the origin \[m\].
     pub centre_of_gravity: Three<f64>,
-    /// Inertia about the origin \[kg m^2\], the products off its diagonal negative: `[Ix -Ixy -Ixz; ...]`.
+    /// Inertia about the origin \[kg m^2\]; the products off its diagonal are negative: `[Ix -Ixy -Ixz; ...]`.
     pub inertia: [Three<f64>; 3],
 }
 
@@ -55,7 +55,7 @@ impl RigidBody {
     }
 }
 
-/// The inertia about the origin of one about the centre of gravity: `I_g - m S(r)^2`.
+/// Inertia about the origin from the one about the centre of gravity: `I_g - m S(r)^2`.
 #[must_use]
 pub fn about_origin(inertia: [Three<f64>; 3], mass: f64, r: Three<f64>) -> [Three<f64>; 3] {
     let square = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
@@ -67,7 +67,7 @@ pub fn about_origin(inertia: [Three<f64>; 3], mass: f64, r: Three<f64>) -> [Thre
     })
 }
 
-/// `-C(nu) nu` of an inertia `A`.
+/// `-C(nu) nu` for an inertia `A`.
 #[inline(always)]
 pub(super) fn coriolis<T: Real>(a: &Matrix6, nu: &Six<T>) -> Six<T> {
     let (v, w) = halves(*nu);
@@ -81,7 +81,7 @@ fn reaction<T: Real>(v: Three<T>, w: Three<T>, p: Three<T>, h: Three<T>) -> Six<
     six(cross(p, w), sum(cross(p, v), cross(h, w)))
 }
 
-/// The inverse of a symmetric matrix, `None` where it is not positive definite.
+/// Inverse of a symmetric matrix; `None` if it is not positive definite.
 pub(super) fn inverse(a: &Matrix6) -> Option<Matrix6> {
     let matrix = SMatrix::<f64, 6, 6>::from_fn(|i, j| a[i][j]);
     let inverse = matrix.cholesky()?.inverse();
@@ -95,8 +95,8 @@ pub(super) fn added(a: &Matrix6, b: &Matrix6) -> Matrix6 {
     std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + b[i][j]))
 }
 
-/// Added mass of an ellipsoid about its centre, the diagonal X, Y, Z, K, M, N \[kg, kg m^2\], for semi-axes `[a, b, c]` \[m\] in water of
-/// the density `rho` \[kg/m^3\]: Lamb, Hydrodynamics (1932), art. 114 and 373.
+/// Added mass of an ellipsoid about its centre: the diagonal X, Y, Z, K, M, N \[kg, kg m^2\], for semi-axes `[a, b, c]` \[m\] in water of
+/// density `rho` \[kg/m^3\] (Lamb, Hydrodynamics (1932), art. 114 and 373).
 #[must_use]
 pub fn ellipsoid(rho: f64, axes: Three<f64>) -> Six<f64> {
     let [a, b, c] = axes;
@@ -120,7 +120,8 @@ pub fn ellipsoid(rho: f64, axes: Three<f64>) -> Six<f64> {
     six(along, about)
 }
 
-/// Carlson's integral `R_D(x, y, z) = 3/2 int_0^inf dt / (sqrt((t+x)(t+y)) (t+z)^(3/2))`, by duplication (Numerical Algorithms 10 (1995), 13).
+/// Carlson's integral `R_D(x, y, z) = 3/2 int_0^inf dt / (sqrt((t+x)(t+y)) (t+z)^(3/2))`, by duplication (Numerical Algorithms 10 (1995),
+/// 13).
 fn carlson_rd(x: f64, y: f64, z: f64) -> f64 {
     let (mut x, mut y, mut z) = (x, y, z);
     let (mut sum, mut power) = (0.0, 1.0);

@@ -1,11 +1,11 @@
-//! Numbers of one vehicle, or of several side by side: the equations are written once for both.
+//! Numbers of one vehicle, or of several side by side; the equations are written once for both.
 //!
-//! Every operation acts on each lane by itself, in the order written. So a vehicle's numbers are the same bits alone and in any
-//! lane of any width.
+//! Every operation acts on each lane separately, in the written order. So a vehicle's numbers are bit-identical alone and in any lane of
+//! any width.
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
-/// A number, or one of each of several vehicles.
+/// A number, or one number for each of several vehicles.
 pub trait Real:
     Copy
     + Add<Output = Self>
@@ -19,15 +19,15 @@ pub trait Real:
     /// The same number in every lane.
     fn of(x: f64) -> Self;
 
-    /// A function of each lane.
+    /// Applies a function to each lane.
     #[must_use]
     fn map(self, f: impl Fn(f64) -> f64) -> Self;
 
-    /// A function of each lane of two.
+    /// Applies a function of two arguments to each lane.
     #[must_use]
     fn with(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self;
 
-    /// The least of all lanes.
+    /// Smallest value of all lanes.
     #[must_use]
     fn least(self) -> f64;
 
@@ -68,7 +68,7 @@ impl Real for f64 {
     }
 }
 
-/// A number of each of `N` vehicles.
+/// A number for each of `N` vehicles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(32))]
 pub struct Lanes<const N: usize>(pub [f64; N]);
@@ -102,7 +102,7 @@ impl<const N: usize> Real for Lanes<N> {
     }
 }
 
-/// An operator of two numbers, lane by lane.
+/// Implements an operator of two numbers, lane by lane.
 macro_rules! operator {
     ($trait:ident, $name:ident, $op:tt) => {
         impl<const N: usize> $trait for Lanes<N> {
@@ -150,9 +150,9 @@ impl<const N: usize> AddAssign for Lanes<N> {
 
 // Loops here, not `array::map` or `from_fn`: those stay calls of a function that copies all lanes.
 
-/// A vector of three.
+/// A vector with three components.
 pub type Three<T> = [T; 3];
-/// A velocity, or a force and moment: three along the axes, three about them.
+/// A velocity, or a force and moment: three components along the axes, three about them.
 pub type Six<T> = [T; 6];
 
 /// `a x b`
@@ -198,7 +198,7 @@ pub(super) fn scaled<T: Real, const N: usize>(s: T, mut a: [T; N]) -> [T; N] {
     a
 }
 
-/// Every lane of a constant vector.
+/// A constant vector in every lane.
 #[inline(always)]
 pub(super) fn of<T: Real, const N: usize>(a: &[f64; N]) -> [T; N] {
     let mut all = [T::of(0.0); N];
@@ -208,7 +208,7 @@ pub(super) fn of<T: Real, const N: usize>(a: &[f64; N]) -> [T; N] {
     all
 }
 
-/// A matrix by a vector. Most entries of a vehicle are 0, and cost nothing.
+/// Product of a matrix and a vector. Most entries of a vehicle's matrices are 0 and are skipped.
 #[inline(always)]
 pub(super) fn product<T: Real, const N: usize>(matrix: &[[f64; N]; N], x: &[T; N]) -> [T; N] {
     let mut rows = [T::of(0.0); N];
@@ -222,14 +222,14 @@ pub(super) fn product<T: Real, const N: usize>(matrix: &[[f64; N]; N], x: &[T; N
     rows
 }
 
-/// Force and moment as six.
+/// Joins force and moment.
 #[inline(always)]
 pub(super) fn six<T: Real>(force: Three<T>, moment: Three<T>) -> Six<T> {
     let ([x, y, z], [k, m, n]) = (force, moment);
     [x, y, z, k, m, n]
 }
 
-/// Six as force and moment.
+/// Splits into force and moment.
 #[inline(always)]
 pub(super) fn halves<T: Real>([x, y, z, k, m, n]: Six<T>) -> (Three<T>, Three<T>) {
     ([x, y, z], [k, m, n])

@@ -1,11 +1,11 @@
 //! Six coupled degrees of freedom: a vehicle that sways, rolls and yaws as it dives.
 //!
-//! [`equations`](State) has the equations of motion, Fossen's vector form with nothing left out: rigid body and added mass with their Coriolis forces, the centre of gravity
-//! off the origin, damping by matrices, coefficients and strips, fins in the flow at their own place, propellers and thrusters, currents and waves. Each part of the
-//! right-hand side can be looked at: [`Vehicle::forces`].
+//! [`equations`](State) has the complete equations of motion in Fossen's vector form: rigid body and added mass with their Coriolis forces,
+//! a centre of gravity off the origin, damping by matrices, coefficients and strips, fins in the local flow, propellers and thrusters,
+//! currents and waves. [`Vehicle::forces`] returns each term of the right-hand side.
 //!
-//! Axes forward, starboard, keel; the fixed frame is north, east, down; SI units. The plane of [`crate::State`] is the special case without sway, roll and yaw,
-//! its surge held.
+//! Axes forward, starboard, keel; the fixed frame is north, east, down; SI units. The vertical plane of [`crate::State`] is the special
+//! case without sway, roll and yaw, with held surge.
 
 mod batch;
 mod boundaries;

@@ -1,4 +1,4 @@
-//! The vertical plane of a vehicle of six degrees: its derivatives about level flight at a speed.
+//! The vertical plane of a vehicle with six degrees of freedom: its derivatives about level flight at a speed.
 
 use super::equations::State;
 use super::tick::{Commands, Tick};
@@ -6,13 +6,15 @@ use super::water::Water;
 use crate::body::Positions;
 use crate::vehicle::Derivatives;
 
-/// Half the interval of a central difference, in SI: small, since drag by `w|w|` has a corner at 0.
+/// Half the interval of a central difference, in SI; small, since drag by `w|w|` has a corner at 0.
 const HALF: f64 = 1e-6;
 
 impl Tick {
-    /// The linear derivatives of heave and pitch at a speed through the water \[m/s\], the rest held: what a controller of the plane sees.
+    /// Linear derivatives of heave and pitch at a speed through the water \[m/s\], all else constant: the model for a controller of the
+    /// vertical plane.
     ///
-    /// Heave is that of the body's origin. Sway, roll and yaw, which a vehicle without symmetry couples to them, are left out.
+    /// Heave is the velocity of the body's origin. Sway, roll and yaw are omitted; they are coupled to heave and pitch only in a vehicle
+    /// without symmetry.
     #[must_use]
     pub fn derivatives(&self, speed: f64) -> Derivatives {
         let of = self.vehicle();

@@ -1,4 +1,4 @@
-//! Propellers and thrusters: force and moment from rotation or command, and the way back, from force to commands.
+//! Propellers and thrusters: force and moment from rotation or command, and commands from a force.
 
 use std::f64::consts::TAU;
 
@@ -6,10 +6,10 @@ use nalgebra::DMatrix;
 
 use super::lanes::{Real, Six, Three, cross, of, scaled, six};
 
-/// What drives the vehicle.
+/// A propulsor of the vehicle.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Propulsor {
-    /// A propeller that always turns alike, as Prestero 2001 has it: force along x \[N\] and moment about x \[N m\].
+    /// A propeller at constant speed, as in Prestero 2001: force along x \[N\] and moment about x \[N m\].
     Constant {
         /// `X_prop` \[N\]
         force: f64,
@@ -18,28 +18,28 @@ pub enum Propulsor {
     },
     /// A force along x that is an input \[N\], within limits.
     Force {
-        /// Which input it is.
+        /// Index of the input.
         input: usize,
-        /// Least and most \[N\].
+        /// Smallest and largest force \[N\].
         limits: [f64; 2],
     },
-    /// A propeller by its open-water characteristics.
+    /// A propeller with its open-water characteristics.
     Propeller {
-        /// Which input its rotation is \[rad/s\].
+        /// Index of the input that is its rotation \[rad/s\].
         input: usize,
         /// The propeller.
         propeller: Propeller,
     },
-    /// A thruster at a place of its own.
+    /// A thruster with its own position.
     Thruster {
-        /// Which input its command is, -1 to 1.
+        /// Index of the input that is its command, -1 to 1.
         input: usize,
         /// The thruster.
         thruster: Thruster,
     },
 }
 
-/// A propeller on the axis: thrust and torque linear in the advance ratio `J = V_a/(n D)`.
+/// A propeller on the axis, with thrust and torque linear in the advance ratio `J = V_a/(n D)`.
 ///
 /// ```text
 /// V_a = (1 - wake) u     T = rho D^4 (K_T0 n^2 + K_T1 n V_a/D)     Q = rho D^5 (K_Q0 n^2 + K_Q1 n V_a/D)     n in 1/s
@@ -47,7 +47,7 @@ pub enum Propulsor {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Propeller {
-    /// Of the water \[kg/m^3\].
+    /// Density of the water \[kg/m^3\].
     pub density: f64,
     /// `D` \[m\]
     pub diameter: f64,
@@ -59,9 +59,9 @@ pub struct Propeller {
     pub wake: f64,
     /// Thrust deduction.
     pub deduction: f64,
-    /// 1 for a right-handed propeller, whose torque rolls the hull to port when it drives ahead; -1 for a left-handed one.
+    /// 1 for a right-handed propeller, whose torque rolls the hull to port in forward thrust; -1 for a left-handed one.
     pub hand: f64,
-    /// The rotation \[rad/s\] that a share of thrust is of, where the source has one.
+    /// Rotation at full thrust \[rad/s\]; `None` if the source gives none.
     pub full_rotation: Option<f64>,
 }
 
@@ -84,24 +84,24 @@ impl Propeller {
     }
 }
 
-/// A thruster: its thrust is a polynomial in odd powers of the command.
+/// A thruster, with thrust as a polynomial in odd powers of the command.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thruster {
-    /// From the origin \[m\].
+    /// Position from the origin \[m\].
     pub position: Three<f64>,
-    /// Where positive thrust pushes; of length 1.
+    /// Unit vector of positive thrust.
     pub direction: Three<f64>,
-    /// Thrust \[N\] per command to the powers 1, 3, 5, ...
+    /// Coefficients of thrust \[N\] for the command to the powers 1, 3, 5, ...
     pub curve: Vec<f64>,
-    /// Commands up to this size give no thrust.
+    /// Largest command without thrust.
     pub dead_zone: f64,
-    /// Time constant with which it follows its command \[s\]; 0: at once. Ticks of the loop have it; a simulation with held inputs has the command that
-    /// is reached.
+    /// Time constant of its response to the command \[s\]; 0: no lag. Ticks of the loop include the lag; a simulation with constant inputs
+    /// uses the final command.
     pub lag: f64,
 }
 
 impl Thruster {
-    /// The thrust \[N\] at a command, -1 to 1.
+    /// Thrust \[N\] at a command, -1 to 1.
     #[inline(always)]
     #[must_use]
     pub fn thrust<T: Real>(&self, command: T) -> T {
@@ -125,10 +125,10 @@ impl Thruster {
     }
 }
 
-/// Points of [`Inverse`] to a whole command.
+/// Number of points of [`Inverse`] for the command range from 0 to 1.
 const POINTS: usize = 256;
 
-/// From a thrust back to the command: the thrust \[N\] at commands from 0 up to where it is the most, 256 to a whole command.
+/// The command as a function of thrust: thrust \[N\] at commands from 0 up to the maximum of thrust, 256 points for the range 0 to 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inverse(Vec<f64>);
 
@@ -143,7 +143,7 @@ impl Inverse {
         Self(all[..=rising].to_vec())
     }
 
-    /// The command that gives a thrust \[N\], by lines between the points; the most where it would take more.
+    /// Command for a thrust \[N\], by linear interpolation; the largest command if the thrust is too large.
     #[must_use]
     pub fn command(&self, thrust: f64) -> f64 {
         let size = thrust.abs();
@@ -156,7 +156,7 @@ impl Inverse {
         (place / POINTS as f64).copysign(thrust)
     }
 
-    /// The most thrust \[N\].
+    /// Largest thrust \[N\].
     #[must_use]
     pub fn most(&self) -> f64 {
         self.0.last().copied().unwrap_or(0.0)
@@ -164,7 +164,7 @@ impl Inverse {
 }
 
 impl Propulsor {
-    /// Whether its force depends on the velocity too.
+    /// Whether its force depends on the velocity.
     pub(super) fn feels_flow(&self) -> bool {
         matches!(self, Self::Propeller { .. })
     }
@@ -190,37 +190,37 @@ impl Propulsor {
     }
 }
 
-/// Why thrusters cannot be allocated.
+/// The thrusters cannot produce all wanted forces and moments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the thrusters push in {rank} of {wanted} directions only")]
+#[error("the thrusters act in only {rank} of {wanted} directions")]
 pub struct Underactuated {
-    /// The rank of the matrix of their forces and moments.
+    /// Rank of the matrix of their forces and moments.
     pub rank: usize,
-    /// The rank that is wanted.
+    /// Required rank.
     pub wanted: usize,
 }
 
-/// From a wanted force and moment to the thrusts that give it with the least sum of squares: `T = pinv(B) tau`.
+/// Allocation of a force and moment to the thrusters with the smallest sum of squares: `T = pinv(B) tau`.
 #[derive(Clone, Debug)]
 pub struct Allocation {
     inverse: DMatrix<f64>,
-    /// Which of the six are wanted.
+    /// Indices of the wanted components among the six.
     rows: Vec<usize>,
 }
 
 impl Allocation {
-    /// Of thrusters whose forces and moments together have rank 6.
+    /// Creates the allocation for thrusters whose forces and moments have rank 6.
     ///
     /// # Errors
-    /// [`Underactuated`] when they have not.
+    /// [`Underactuated`], if their rank is smaller.
     pub fn new(thrusters: &[&Thruster]) -> Result<Self, Underactuated> {
         Self::of_rows(thrusters, &[0, 1, 2, 3, 4, 5])
     }
 
-    /// The same of some of the six alone, the others as they come.
+    /// The same for some of the six components; the others are not controlled.
     ///
     /// # Errors
-    /// [`Underactuated`] when the rank is less than these.
+    /// [`Underactuated`], if the rank is less than the number of these components.
     pub fn of_rows(thrusters: &[&Thruster], rows: &[usize]) -> Result<Self, Underactuated> {
         let wanted = rows.len();
         let columns: Vec<Six<f64>> = thrusters.iter().map(|t| t.wrench()).collect();
@@ -241,14 +241,14 @@ impl Allocation {
             .ok_or(Underactuated { rank, wanted })
     }
 
-    /// The thrusts \[N\] for a wanted force and moment.
+    /// Thrusts \[N\] for a wanted force and moment.
     #[must_use]
     pub fn thrusts(&self, wanted: &Six<f64>) -> Vec<f64> {
         let wanted = DMatrix::from_fn(self.rows.len(), 1, |i, _| wanted[self.rows[i]]);
         (&self.inverse * wanted).iter().copied().collect()
     }
 
-    /// The same, all made smaller alike where one would pass its most \[N\], and the share of the force that is given: its direction is kept.
+    /// The same, all scaled down by one factor if a thrust would exceed `most` \[N\], and that factor; the direction of the force is kept.
     #[must_use]
     pub fn within(&self, wanted: &Six<f64>, most: f64) -> (Vec<f64>, f64) {
         let thrusts = self.thrusts(wanted);

@@ -1,11 +1,11 @@
-//! The attitude as a unit quaternion, body to the fixed frame (north, east, down).
+//! Attitude as a unit quaternion, from the body to the fixed frame (north, east, down).
 
 use super::lanes::{Real, Three, dot};
 
-/// `(q0, q1, q2, q3)`, scalar first. `Q` and `-Q` are one attitude.
+/// `(q0, q1, q2, q3)`, scalar first. `Q` and `-Q` are the same attitude.
 pub type Quaternion<T> = [T; 4];
 
-/// The rotation matrix `R`, `v_fixed = R v_body`, of a quaternion of any length but 0.
+/// Rotation matrix `R`, `v_fixed = R v_body`, of a quaternion of any length except 0.
 #[inline(always)]
 pub fn matrix<T: Real>([a, b, c, d]: Quaternion<T>) -> [Three<T>; 3] {
     let s = T::of(2.0) / (a * a + b * b + c * c + d * d);
@@ -43,7 +43,7 @@ pub fn to_body<T: Real>(r: &[Three<T>; 3], v: Three<T>) -> Three<T> {
     [along(0), along(1), along(2)]
 }
 
-/// `Q' = 1/2 Q (0, w)` for the body's rates `w` (p, q, r) \[rad/s\].
+/// `Q' = 1/2 Q (0, w)` for the body rates `w` (p, q, r) \[rad/s\].
 #[inline(always)]
 pub fn rate<T: Real>([a, b, c, d]: Quaternion<T>, [p, q, r]: Three<T>) -> Quaternion<T> {
     let half = T::of(0.5);
@@ -55,7 +55,7 @@ pub fn rate<T: Real>([a, b, c, d]: Quaternion<T>, [p, q, r]: Three<T>) -> Quater
     ]
 }
 
-/// The quaternion of length 1.
+/// The quaternion scaled to length 1.
 #[inline(always)]
 pub fn normalised<T: Real>(q: Quaternion<T>) -> Quaternion<T> {
     let [a, b, c, d] = q;
@@ -63,7 +63,7 @@ pub fn normalised<T: Real>(q: Quaternion<T>) -> Quaternion<T> {
     [a / length, b / length, c / length, d / length]
 }
 
-/// The quaternion of roll, pitch and yaw \[rad\]: `R = Rz(yaw) Ry(pitch) Rx(roll)`.
+/// Quaternion for roll, pitch and yaw \[rad\]: `R = Rz(yaw) Ry(pitch) Rx(roll)`.
 #[must_use]
 pub fn from_euler([roll, pitch, yaw]: Three<f64>) -> Quaternion<f64> {
     let [(sr, cr), (sp, cp), (sy, cy)] = [roll, pitch, yaw].map(|x| libm::sincos(x / 2.0));

@@ -1,21 +1,22 @@
-//! A vehicle like another, some of its numbers times factors: what is uncertain in it, varied.
+//! A vehicle with some numbers multiplied by factors, for the variation of uncertain numbers.
 
 use super::coefficients::{Factor, term};
 use super::propulsion::Propulsor;
 use super::vehicle::{Parts, Unphysical, Vehicle};
 
-/// The names that scale several numbers at once.
+/// Names that scale several numbers at once.
 const GROUPS: &str = "mass, inertia, weight, buoyancy, centre_of_gravity, centre_of_buoyancy, added_mass, linear_damping, quadratic_damping, cross_flow, fins, thrust";
 
 impl Vehicle {
-    /// The same vehicle with the numbers of these names times a factor each.
+    /// Returns the vehicle with each named number multiplied by its factor.
     ///
-    /// A name is a group: `mass` (with the inertia of the body), `inertia`, `weight`, `buoyancy`, `centre_of_gravity`, `centre_of_buoyancy`, `added_mass`,
-    /// `linear_damping`, `quadratic_damping`, `cross_flow` (its drag), `fins` (their areas), `thrust` (of propellers and thrusters); or a coefficient by its row and product:
-    /// `Y_uv`, `N_uu_rudder` (with the input's name), and of matrices too `X_u` (linear damping), `Z_w|w|` (quadratic), `M_qdot` (added mass, across the diagonal too).
+    /// A name is a group: `mass` (with the body's inertia), `inertia`, `weight`, `buoyancy`, `centre_of_gravity`, `centre_of_buoyancy`,
+    /// `added_mass`, `linear_damping`, `quadratic_damping`, `cross_flow` (its drag), `fins` (their areas), `thrust` (of propellers and
+    /// thrusters). Or it is a coefficient by its row and product: `Y_uv`, `N_uu_rudder` (with the input's name). Matrix entries have such
+    /// names too: `X_u` (linear damping), `Z_w|w|` (quadratic damping), `M_qdot` (added mass, with its mirrored entry).
     ///
     /// # Errors
-    /// [`Unphysical`] when a name is none or its numbers are all 0, or when no vehicle has the result.
+    /// [`Unphysical`], if a name is unknown or its numbers are all 0, or if the result is not physical.
     pub fn scaled<'a>(
         &self,
         factors: impl IntoIterator<Item = (&'a str, f64)>,
@@ -28,7 +29,10 @@ impl Vehicle {
                 *number *= factor;
             }
             if !is_there {
-                let reason = format!("{} has none: a factor changes nothing", self.parts.name);
+                let reason = format!(
+                    "vehicle '{}' has no such number, or only zeros; a factor has no effect",
+                    self.parts.name
+                );
                 return Err(Unphysical::new(name, reason));
             }
         }
@@ -36,7 +40,7 @@ impl Vehicle {
     }
 }
 
-/// The numbers of a name.
+/// The numbers with a name.
 fn numbers<'p>(parts: &'p mut Parts, name: &str) -> Result<Vec<&'p mut f64>, Unphysical> {
     let body = &mut parts.body;
     let inertia = body.inertia.iter_mut().flatten();
@@ -57,7 +61,13 @@ fn numbers<'p>(parts: &'p mut Parts, name: &str) -> Result<Vec<&'p mut f64>, Unp
             let inputs: Vec<String> = parts.inputs.iter().map(|it| format!("_{it}")).collect();
             let inputs: Vec<&str> = inputs.iter().map(String::as_str).collect();
             let named = term(coefficient, 1.0, &inputs).map_err(|e| {
-                Unphysical::new(coefficient, format!("it is none of {GROUPS}, and {e}"))
+                Unphysical::new(
+                    coefficient,
+                    format!(
+                        "unknown name; use one of {GROUPS}; as a \
+                    coefficient: {e}"
+                    ),
+                )
             })?;
             let row = named.row;
             let [added_mass, damping] = [&mut parts.added_mass, &mut parts.damping.linear];

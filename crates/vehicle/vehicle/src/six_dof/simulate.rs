@@ -1,4 +1,4 @@
-//! The equations integrated: at a fixed step, or to an accuracy.
+//! Integration of the equations with a fixed step, or to a given accuracy.
 
 use planesman_linear::{DORMAND_PRINCE_NODES, dormand_prince_step, runge_kutta_step};
 
@@ -8,8 +8,8 @@ use super::rotation::normalised;
 use super::vehicle::Vehicle;
 use super::water::{Sea, Water};
 
-/// A step of length `dt` \[s\] by the classical Runge-Kutta method, of one vehicle or of lanes of them; inputs and water are held.
-/// The quaternion is made of length 1 again after it.
+/// A step of `dt` \[s\] with the classical Runge-Kutta method, for one vehicle or several lanes; inputs and water are constant. Afterwards
+/// the quaternion is scaled to length 1.
 #[inline(always)]
 #[must_use]
 pub fn runge_kutta<T: Real>(
@@ -22,7 +22,7 @@ pub fn runge_kutta<T: Real>(
     runge_kutta_under(vehicle, state, &vehicle.held(inputs), water, dt)
 }
 
-/// The same, where the thrust that hangs on the inputs alone is known.
+/// The same, with prepared inputs.
 #[inline(always)]
 pub(super) fn runge_kutta_under<T: Real>(
     vehicle: &Vehicle,
@@ -41,12 +41,12 @@ pub(super) fn runge_kutta_under<T: Real>(
     }
 }
 
-/// How accurately the equations are integrated.
+/// Accuracy of the integration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Accurate {
     /// Error of a step relative to each number's size.
     pub relative: f64,
-    /// Error of a step of a number that is small \[m, m/s, rad/s\].
+    /// Error of a step for small numbers \[m, m/s, rad/s\].
     pub absolute: f64,
 }
 
@@ -59,7 +59,7 @@ impl Default for Accurate {
     }
 }
 
-/// The motion is no longer finite, or the step would have to be shorter than the clock resolves.
+/// The motion is not finite, or the required step is shorter than the time's resolution.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("the motion diverges at {time} s")]
 pub struct Diverged {
@@ -67,7 +67,7 @@ pub struct Diverged {
     pub time: f64,
 }
 
-/// A vehicle in the sea, integrated to an accuracy: Dormand and Prince's method of order eight with steps as long as the error allows.
+/// A vehicle in the sea, integrated to an accuracy with the eighth-order method of Dormand and Prince; the error controls the step.
 #[derive(Clone, Debug)]
 pub struct Simulation<'a> {
     vehicle: &'a Vehicle,
@@ -75,16 +75,16 @@ pub struct Simulation<'a> {
     accuracy: Accurate,
     /// The time \[s\].
     pub time: f64,
-    /// The state at that time.
+    /// State at that time.
     pub state: State,
     step: f64,
 }
 
-/// Longest step \[s\]: no motion of a vehicle is slower.
+/// Longest step \[s\].
 const LONGEST: f64 = 1.0;
 
 impl<'a> Simulation<'a> {
-    /// From a state at the time 0.
+    /// Creates a simulation that starts from a state at time 0.
     #[must_use]
     pub fn new(vehicle: &'a Vehicle, sea: &'a Sea, state: State, accuracy: Accurate) -> Self {
         Self {
@@ -97,18 +97,18 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// On to a time \[s\] with inputs that are held.
+    /// Advances to a time \[s\] with constant inputs.
     ///
     /// # Errors
-    /// [`Diverged`] when the motion does not stay finite.
+    /// [`Diverged`], if the motion does not stay finite.
     pub fn advance(&mut self, until: f64, inputs: &[f64]) -> Result<(), Diverged> {
         self.advance_under(until, |_, _| inputs)
     }
 
-    /// On to a time \[s\] with inputs that are a smooth function of time and state.
+    /// Advances to a time \[s\] with inputs that are a smooth function of time and state.
     ///
     /// # Errors
-    /// [`Diverged`] when the motion does not stay finite.
+    /// [`Diverged`], if the motion does not stay finite.
     pub fn advance_under<I: AsRef<[f64]>>(
         &mut self,
         until: f64,

@@ -1,4 +1,4 @@
-//! Steady turns: motions that go on unchanged in the body's axes, at one depth.
+//! Steady turns: motions that are constant in body axes, at constant depth.
 
 use nalgebra::{DMatrix, SMatrix, SVector};
 use planesman_linear::poles::eigenvalues;
@@ -10,7 +10,7 @@ use super::rotation::{from_euler, matrix, to_fixed};
 use super::vehicle::Vehicle;
 use super::water::Water;
 
-/// A steady turn at one depth: rates are those of turning about the vertical alone.
+/// A steady turn at constant depth; the body rotates about the vertical only.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turn {
     /// u, v, w \[m/s\].
@@ -19,14 +19,14 @@ pub struct Turn {
     pub roll: f64,
     /// \[rad\]
     pub pitch: f64,
-    /// Of the heading \[rad/s\].
+    /// Rate of the heading \[rad/s\].
     pub yaw_rate: f64,
-    /// The input that holds the depth, in its unit.
+    /// Input that holds the depth, in its unit.
     pub held: f64,
 }
 
 impl Turn {
-    /// Its state, at the place 0 heading north.
+    /// Its state, at position 0 and heading north.
     #[must_use]
     pub fn state(&self) -> State {
         let [u, v, w] = self.velocity;
@@ -51,12 +51,12 @@ impl Turn {
     }
 }
 
-/// Surge \[m/s\] and rates of the heading \[rad/s\] that searches begin at.
+/// Surge velocities \[m/s\] and heading rates \[rad/s\] at which searches begin.
 const SPEEDS: [f64; 4] = [0.5, 1.0, 1.5, 2.5];
 const YAW_RATES: [f64; 9] = [-0.4, -0.2, -0.1, -0.02, 0.0, 0.02, 0.1, 0.2, 0.4];
 
-/// The steady turns that Newton's method finds from a grid of starts and from `start`, each once, the slowest turning first.
-/// Upside down is none of them.
+/// The steady turns that Newton's method finds from a grid of starts and from `start`, each once, in order of increasing rate. Inverted
+/// turns are excluded.
 #[must_use]
 pub fn steady_turns(vehicle: &Vehicle, inputs: &[f64], holding: usize, start: Turn) -> Vec<Turn> {
     let grid = SPEEDS.iter().flat_map(|speed| {
@@ -87,8 +87,9 @@ pub fn steady_turns(vehicle: &Vehicle, inputs: &[f64], holding: usize, start: Tu
     turns
 }
 
-/// How fast the fastest small deviation from a steady turn grows with its inputs held \[1/s\]; below 0 the turn is stable. The
-/// depth, the place and the heading are free: nothing in the motion depends on them. `None` where the linear motion has no number.
+/// Growth rate of the fastest-growing small deviation from a steady turn with constant inputs \[1/s\]; the turn is stable if it is
+/// negative. Depth, position and heading are excluded, since the motion does not depend on them. `None` if the linearised motion is not
+/// finite.
 #[must_use]
 pub fn growth(vehicle: &Vehicle, inputs: &[f64], holding: usize, turn: &Turn) -> Option<f64> {
     let mut inputs = inputs.to_vec();
@@ -121,8 +122,8 @@ pub fn growth(vehicle: &Vehicle, inputs: &[f64], holding: usize, turn: &Turn) ->
     found.into_iter().map(|it| it.re).max_by(f64::total_cmp)
 }
 
-/// The steady turn that Newton's method finds from `start` in still water, with `inputs` but number `holding`, which keeps the depth. `None` when
-/// it does not converge. A vehicle may have several: the start chooses.
+/// The steady turn that Newton's method finds from `start` in still water, with `inputs`, except that input `holding` is chosen to keep the
+/// depth. `None` if it does not converge. A vehicle may have several turns; the result depends on the start.
 #[must_use]
 pub fn steady_turn(vehicle: &Vehicle, inputs: &[f64], holding: usize, start: Turn) -> Option<Turn> {
     let residual = |x: &SVector<f64, 7>| -> SVector<f64, 7> {

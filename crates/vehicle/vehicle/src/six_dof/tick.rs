@@ -1,4 +1,4 @@
-//! A tick of the loop: the vehicle's inputs moved by planes, rudder and thrust, and the equations integrated over it.
+//! A tick of the loop: planes, rudder and thrust set the vehicle's inputs, and the equations are integrated over the tick.
 //!
 //! ```text
 //! stern_planes = dive planes - differential    bow_planes = dive planes + differential    rudder = rudder
@@ -20,41 +20,41 @@ use crate::depth_limits::{Boundary, Contact};
 use crate::motion::Diverged;
 use crate::steps::Steps;
 
-/// Evaluations of a step.
+/// Evaluations of the derivative in a step.
 const NODES: usize = DORMAND_PRINCE_NODES.len();
 
-/// The largest error estimated of a step, the sum over the state's numbers in SI.
+/// Largest estimated error of a step, sum over the state's numbers in SI.
 const TOLERANCE: f64 = 1e-10;
 
-/// What moves an input of the vehicle.
+/// Actuator of a vehicle's input.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Actuator {
     BowPlanes,
     SternPlanes,
     Rudder,
-    /// The share of thrust, times the one ahead and times the other astern.
+    /// Share of thrust, multiplied by one factor ahead and another astern.
     Thrust {
         ahead: f64,
         astern: f64,
     },
-    /// The thruster of this place in the row of commands, with its lag \[s\].
+    /// Thruster with its index in the commands, and its lag \[s\].
     Thruster(usize, f64),
 }
 
-/// The thrusters' commands over a tick, in the order of [`Tick::thrusters`]; one that is missing is 0.
+/// Commands of the thrusters over a tick, in the order of [`Tick::thrusters`]; a missing command is 0.
 #[derive(Clone, Copy, Debug)]
 pub struct Commands<'a> {
-    /// Where the thrusters are at its start.
+    /// State of the thrusters at its start.
     pub from: &'a [f64],
-    /// Where they go, each with its lag.
+    /// Targets of the thrusters, each reached with its lag.
     pub to: &'a [f64],
 }
 
 impl Commands<'_> {
-    /// Of a vehicle without thrusters, or whose thrusters stand still.
+    /// No commands: for a vehicle without thrusters, or with thrusters at rest.
     pub const NONE: Commands<'static> = Commands { from: &[], to: &[] };
 
-    /// Of a thruster at `t` \[s\] from the start.
+    /// State of a thruster at `t` \[s\] from the start.
     fn at(&self, place: usize, lag: f64, t: f64) -> f64 {
         let of = |row: &[f64]| row.get(place).copied().unwrap_or(0.0);
         let (from, to) = (of(self.from), of(self.to));
@@ -65,46 +65,47 @@ impl Commands<'_> {
     }
 }
 
-/// An input that nothing of the loop moves.
+/// An input that no actuator of the loop moves.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "input '{input}' is moved by nothing in the loop: an angle is named rudder, stern_planes or bow_planes; a force has limits, a propeller \
-     its full rotation, and else it is a thruster's command"
+    "input '{input}' refused: no actuator of the loop moves it. Name an angle rudder, \
+     stern_planes or bow_planes; give a force its limits and a propeller its full rotation; any \
+     other input must be a thruster's command"
 )]
 pub struct Unmoved {
     /// Its name.
     pub input: String,
 }
 
-/// A vehicle, what moves its inputs, and the sea about it.
+/// A vehicle, the actuators of its inputs, and the sea around it.
 #[derive(Clone, Debug)]
 pub struct Tick {
     vehicle: Vehicle,
     actuators: Vec<Actuator>,
-    /// The names of the inputs that are thrusters' commands.
+    /// Names of the inputs that are thrusters' commands.
     thrusters: Vec<String>,
 }
 
-/// What holds during ticks.
+/// Conditions that are constant during ticks.
 #[derive(Clone, Debug)]
 pub struct Conditions<'a> {
     /// The water.
     pub sea: &'a Sea,
-    /// When the tick begins \[s\], for water that changes.
+    /// Start of the tick \[s\], for water that changes with time.
     pub time: f64,
-    /// Surge through the water is held, by whatever force along x that takes.
+    /// Whether surge through the water is held, by any necessary force along x.
     pub holds_speed: bool,
-    /// From outside, held: force \[N\] and moment \[N m\].
+    /// External constant force \[N\] and moment \[N m\].
     pub load: Six<f64>,
-    /// The longest step \[s\].
+    /// Longest step \[s\].
     pub step: f64,
 }
 
 impl Tick {
-    /// Of a vehicle whose inputs are named as the loop's actuators.
+    /// Creates a tick for a vehicle whose inputs have the names of the loop's actuators.
     ///
     /// # Errors
-    /// [`Unmoved`] names the input that is not.
+    /// [`Unmoved`], with the name of the input without an actuator.
     pub fn new(vehicle: Vehicle) -> Result<Self, Unmoved> {
         let mut thrusters = Vec::new();
         let mut actuator = |(place, name): (usize, &String)| {
@@ -152,19 +153,19 @@ impl Tick {
         &self.vehicle
     }
 
-    /// The thrusters' names, in the order of their commands.
+    /// Names of the thrusters, in the order of their commands.
     #[must_use]
     pub fn thrusters(&self) -> &[String] {
         &self.thrusters
     }
 
-    /// Whether thrusters alone move it: no plane, no rudder, no propeller.
+    /// Whether the vehicle has only thrusters: no plane, rudder or propeller.
     #[must_use]
     pub fn is_of_thrusters_alone(&self) -> bool {
         !self.thrusters.is_empty() && self.thrusters.len() == self.actuators.len()
     }
 
-    /// Where the thrusters are `t` \[s\] after the start of their commands.
+    /// State of the thrusters `t` \[s\] after the start of their commands.
     #[must_use]
     pub fn thrusters_after(&self, commands: Commands<'_>, t: f64) -> Vec<f64> {
         let of = |actuator: &Actuator| match actuator {
@@ -174,7 +175,7 @@ impl Tick {
         self.actuators.iter().filter_map(of).collect()
     }
 
-    /// Puts the vehicle's inputs for the actuators' positions, and the thrusters' commands `t` \[s\] after their start, into a row.
+    /// Writes the vehicle's inputs for the actuators' positions, and for the thrusters' commands `t` \[s\] after their start, into a row.
     pub(super) fn put_inputs(
         &self,
         positions: &Positions,
@@ -197,7 +198,7 @@ impl Tick {
         }
     }
 
-    /// The derivative of the state.
+    /// Derivative of the state.
     fn rates(
         &self,
         conditions: &Conditions<'_>,
@@ -237,7 +238,7 @@ impl Tick {
         rates
     }
 
-    /// The body's acceleration `nu'` \[m/s^2, rad/s^2\] at the start of the actuators' paths.
+    /// Acceleration `nu'` of the body \[m/s^2, rad/s^2\] at the start of the actuators' paths.
     #[must_use]
     pub fn acceleration(
         &self,
@@ -254,11 +255,11 @@ impl Tick {
         std::array::from_fn(|i| rates[7 + i])
     }
 
-    /// The state after so many of the longest steps along the actuators' paths, which start with the first, and the thrusters' commands; and the
-    /// first contact on the way, its time from the start.
+    /// State after a number of longest steps along the actuators' paths, which begin at the first step, and the thrusters' commands; also
+    /// the first contact, with its time from the start.
     ///
     /// # Errors
-    /// [`Diverged`] in place of a state that is not finite or no vehicle's.
+    /// [`Diverged`], if the state is not finite or outside the range of vehicles.
     pub fn advance(
         &self,
         conditions: &Conditions<'_>,
@@ -327,7 +328,7 @@ impl Tick {
         Ok((state, contact))
     }
 
-    /// How far the hull is below the surface and above the bottom \[m\]; `None`: there is none.
+    /// Distances of the hull below the surface and above the bottom \[m\]; `None` without a surface or bottom.
     fn clearances(&self, sea: &Sea, state: &State) -> [Option<f64>; 2] {
         let r = rotation::matrix(state.attitude);
         let [lowest, highest] = self.vehicle.extent(state.position[2], &r);
@@ -337,14 +338,14 @@ impl Tick {
         ]
     }
 
-    /// Whether it touches neither, whichever way the hull is turned.
+    /// Whether it touches neither in any attitude.
     fn is_far(&self, sea: &Sea, state: &State) -> bool {
         let (reach, depth) = (self.vehicle.reach(), state.position[2]);
         (!sea.has_surface || depth > reach)
             && sea.bottom.is_none_or(|bottom| bottom - depth > reach)
     }
 
-    /// What the hull touches.
+    /// Boundary that the hull touches.
     #[must_use]
     pub fn touched(&self, sea: &Sea, state: &State) -> Option<Boundary> {
         if self.is_far(sea, state) {
@@ -360,7 +361,7 @@ impl Tick {
     }
 }
 
-/// The first contact within a step of length `h` \[s\] between clearances before and after it, each taken as a straight line.
+/// First contact within a step of `h` \[s\], from the distances before and after it by linear interpolation.
 fn first_contact(
     before: [Option<f64>; 2],
     after: [Option<f64>; 2],
@@ -379,9 +380,10 @@ fn first_contact(
 }
 
 impl State {
-    /// As the loop's other vehicles are told: angles with their rates, and velocities through water that moves by `current` (north, east, down \[m/s\]).
+    /// The state in the form of the loop's other vehicles: angles with their rates, and velocities through water that moves by `current`
+    /// (north, east, down \[m/s\]).
     ///
-    /// The rates of roll and yaw are those of the angles, which have no limit as pitch comes to 90 degrees.
+    /// The rates of roll and yaw are those of the angles, which are unbounded as pitch approaches 90 degrees.
     #[must_use]
     pub fn body(&self, current: Three<f64>) -> Body {
         let r = rotation::matrix(self.attitude);
@@ -412,7 +414,7 @@ impl State {
         body
     }
 
-    /// The state of such a body in water that moves by `current`.
+    /// Converts such a body to a state in water that moves by `current`.
     #[must_use]
     pub fn of_body(body: &Body, current: Three<f64>) -> Self {
         let Attitude { roll, pitch, yaw } = body.attitude();
@@ -434,7 +436,7 @@ impl State {
     }
 }
 
-/// Beyond these the motion is no vehicle's, and the numbers are soon none: position \[m\], velocity \[m/s\], rates \[rad/s\].
+/// Limits of a vehicle's motion, beyond which numbers soon overflow: position \[m\], velocity \[m/s\], rates \[rad/s\].
 const FARTHEST: f64 = 1e9;
 const FASTEST: f64 = 1e3;
 

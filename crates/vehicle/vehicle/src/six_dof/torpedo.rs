@@ -1,4 +1,4 @@
-//! A torpedo's file from its shape: hull, fins, trim and top speed, by the formulas of Prestero 2001, ch. 4, and their sources.
+//! The file of a torpedo from its shape: hull, fins, trim and top speed, by the formulas of Prestero 2001, ch. 4, and their sources.
 //!
 //! ```text
 //! V = c_p pi/4 d^2 l      m = rho V (1 - reserve)      M_A: Lamb's ellipsoid of the same length and volume
@@ -6,14 +6,15 @@
 //! cross flow: c_dc = 1.1 on the side (Hoerner 1965)      hull lift: c_y = 0.003 * 180/pi on d l, at 0.65 l from the nose (p. 34)
 //! fins: c_L = 1 / (1/(2 pi 0.9) + 1/(pi AR_e)),  AR_e = 2 span/chord (p. 32)
 //! ```
-//! What shapes do not give is said in the file: friction of turning in roll, propeller and its torque. Of hulls of revolution, fins in a cross, submerged.
+//! Quantities that a shape does not determine are assumed and marked in the file: damping in roll, propeller and its torque. For submerged
+//! hulls of revolution with cruciform fins.
 
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 
 use super::inertia::ellipsoid;
 
-/// The shape, SI.
+/// Shape, SI.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Torpedo {
     /// Its name.
@@ -22,21 +23,21 @@ pub struct Torpedo {
     pub length: f64,
     /// \[m\]
     pub diameter: f64,
-    /// The hull's volume over that of its cylinder.
+    /// Volume of the hull relative to that of its cylinder.
     pub prismatic: f64,
-    /// Of the water \[kg/m^3\].
+    /// Density of the water \[kg/m^3\].
     pub density: f64,
-    /// Buoyancy less weight over buoyancy.
+    /// Buoyancy less weight, relative to the buoyancy.
     pub reserve: f64,
-    /// The centre of gravity below that of buoyancy \[m\].
+    /// Distance of the centre of gravity below the centre of buoyancy \[m\].
     pub gravity_below: f64,
-    /// From hull to tip, of one fin \[m\].
+    /// Span of one fin, from hull to tip \[m\].
     pub fin_span: f64,
-    /// Along the stream \[m\].
+    /// Chord of a fin along the stream \[m\].
     pub fin_chord: f64,
-    /// The fins' centre of pressure aft of the middle \[m\].
+    /// Position of the fins' centre of pressure aft of the middle \[m\].
     pub fin_aft: f64,
-    /// The speed that full thrust holds \[m/s\].
+    /// Speed at full thrust \[m/s\].
     pub top_speed: f64,
 }
 
@@ -44,16 +45,16 @@ pub struct Torpedo {
 const SKIN_FRICTION: f64 = 3.397e-3;
 /// Cross-flow drag of a cylinder (Hoerner, Fluid Dynamic Drag, 1965, ch. 3).
 const CROSS_FLOW: f64 = 1.1;
-/// Hull lift per degree, on diameter times length (Hoerner and Borst 1985, ch. 13; Prestero 2001, p. 34).
+/// Hull lift per degree, referred to diameter times length (Hoerner and Borst 1985, ch. 13; Prestero 2001, p. 34).
 const HULL_LIFT: f64 = 0.003;
-/// Where it acts, in lengths from the nose (the same).
+/// Position of this lift, in lengths from the nose (same sources).
 const HULL_LIFT_PLACE: f64 = 0.65;
 
-/// A shape that the formulas do not hold for.
+/// A shape outside the range of the formulas.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{what}: {value} refused: {rule}")]
 pub struct NoTorpedo {
-    /// What of the shape.
+    /// Quantity of the shape.
     pub what: &'static str,
     /// Its value, SI.
     pub value: String,
@@ -62,10 +63,10 @@ pub struct NoTorpedo {
 }
 
 impl Torpedo {
-    /// The vehicle's file.
+    /// Text of the vehicle's file.
     ///
     /// # Errors
-    /// [`NoTorpedo`], where a number lies outside what the formulas hold for.
+    /// [`NoTorpedo`], if a number is outside the range of the formulas.
     pub fn file(&self) -> Result<String, NoTorpedo> {
         self.check()?;
         let (l, d, rho) = (self.length, self.diameter, self.density);

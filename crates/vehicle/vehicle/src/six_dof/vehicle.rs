@@ -1,4 +1,4 @@
-//! A vehicle of six degrees of freedom: its numbers, checked.
+//! A vehicle with six degrees of freedom: its checked numbers.
 
 use super::coefficients::Term;
 use super::damping::{CrossFlow, Damping};
@@ -9,19 +9,19 @@ use super::lanes::Three;
 use super::propulsion::{Propulsor, Thruster};
 use super::water::GRAVITY;
 
-/// A vehicle, SI units, axes forward, starboard, keel from an origin fixed in the body.
+/// A vehicle, in SI units, with axes forward, starboard, keel from an origin fixed in the body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vehicle {
     pub(super) parts: Parts,
     pub(super) inverse_inertia: Matrix6,
 }
 
-/// What a vehicle is made of.
+/// The numbers of a vehicle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parts {
     /// Its name.
     pub name: String,
-    /// The names of its inputs, in their order.
+    /// Names of its inputs, in order.
     pub inputs: Vec<String>,
     /// The rigid body.
     pub body: RigidBody,
@@ -29,9 +29,9 @@ pub struct Parts {
     pub weight: f64,
     /// `B` \[N\]
     pub buoyancy: f64,
-    /// From the origin \[m\].
+    /// Centre of buoyancy from the origin \[m\].
     pub centre_of_buoyancy: Three<f64>,
-    /// `M_A`, symmetric; positive where the water resists.
+    /// `M_A`, symmetric; positive for resistance to acceleration.
     pub added_mass: Matrix6,
     /// Damping matrices.
     pub damping: Damping,
@@ -39,16 +39,16 @@ pub struct Parts {
     pub cross_flow: Vec<CrossFlow>,
     /// Coefficients beyond added mass.
     pub terms: Vec<Term>,
-    /// Fins in the flow at their own place.
+    /// Fins in the flow at their own position.
     pub fins: Vec<Fin>,
     /// Propellers and thrusters.
     pub propulsors: Vec<Propulsor>,
-    /// The hull's extent.
+    /// Dimensions of the hull.
     pub hull: Hull,
 }
 
 impl Parts {
-    /// The thrusters, each with the input that is its command.
+    /// The thrusters, each with the index of its command input.
     pub fn thrusters(&self) -> impl Iterator<Item = (usize, &Thruster)> {
         self.propulsors.iter().filter_map(|one| match one {
             Propulsor::Thruster { input, thruster } => Some((*input, thruster)),
@@ -57,13 +57,13 @@ impl Parts {
     }
 }
 
-/// Why a vehicle is not physical.
+/// Reason why a vehicle is not physical.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{entry}: {reason}")]
 pub struct Unphysical {
-    /// The entry of the file.
+    /// Entry of the file.
     pub entry: String,
-    /// The value and the rule.
+    /// Value and rule.
     pub reason: String,
 }
 
@@ -76,15 +76,16 @@ impl Unphysical {
     }
 }
 
-/// No centre lies farther from the origin than so many times the edge of a cube of the water displaced: a hull of 30 diameters is 8 of them long.
+/// Largest distance of a centre from the origin, in edge lengths of a cube of the displaced water; a hull of 30 diameters is 8 of these
+/// long.
 const FARTHEST: f64 = 10.0;
 
 impl Vehicle {
-    /// The vehicle of these parts.
+    /// Creates a vehicle from its numbers.
     ///
     /// # Errors
-    /// [`Unphysical`] when a number is not finite or not positive where it must be, inertia is not symmetric and positive definite, or linear
-    /// damping feeds energy.
+    /// [`Unphysical`], if a number is not finite or not positive where required, if the inertia is not symmetric and positive definite, or
+    /// if linear damping adds energy.
     pub fn new(parts: Parts) -> Result<Self, Unphysical> {
         parts.check_sizes()?;
         let inverse_inertia = parts.inverse_inertia()?;
@@ -98,7 +99,7 @@ impl Vehicle {
         })
     }
 
-    /// What it is made of.
+    /// The numbers of the vehicle.
     #[must_use]
     pub fn parts(&self) -> &Parts {
         &self.parts
@@ -110,7 +111,7 @@ fn refused<T>(entry: &str, reason: impl Into<String>) -> Result<T, Unphysical> {
 }
 
 impl Parts {
-    /// Checks weights, places and the hull's extent.
+    /// Checks weights, positions and hull dimensions.
     fn check_sizes(&self) -> Result<(), Unphysical> {
         for (entry, value) in [
             ("mass", self.body.mass),
@@ -128,7 +129,7 @@ impl Parts {
         ] {
             if !place.iter().all(|x| x.abs() <= farthest) {
                 let reason = format!(
-                    "{place:?} m is outside any hull of that buoyancy: beyond {farthest:.1} m"
+                    "{place:?} m refused: it is too far from the origin for this buoyancy; the limit is {farthest:.1} m"
                 );
                 return refused(entry, reason);
             }
@@ -141,7 +142,7 @@ impl Parts {
         ] {
             if !(edge / 20.0..=edge * 20.0).contains(&extent) {
                 let reason = format!(
-                    "{extent} m is of no hull of that buoyancy, whose water has an edge of {edge:.3} m"
+                    "{extent} m refused: it must be from 1/20 to 20 times {edge:.3} m, the edge of a cube of the displaced water"
                 );
                 return refused(entry, reason);
             }
@@ -149,12 +150,12 @@ impl Parts {
         Ok(())
     }
 
-    /// The inverse of the inertia of body and water, each of which is checked.
+    /// Inverse of the inertia of body and water; each of them is checked.
     fn inverse_inertia(&self) -> Result<Matrix6, Unphysical> {
         symmetric("added_mass", &self.added_mass)?;
         if let Some(i) = (0..6).find(|i| self.added_mass[*i][*i] < 0.0) {
             let reason = format!(
-                "{} on place {} of its diagonal: a body in water has none below 0; published derivatives, as X_udot, have the other sign",
+                "{} refused as diagonal entry {}: it must not be below 0; published derivatives, such as X_udot, have the opposite sign",
                 self.added_mass[i][i],
                 i + 1
             );
@@ -164,7 +165,7 @@ impl Parts {
         symmetric("inertia", &rigid)?;
         if inertia::inverse(&rigid).is_none() {
             let reason =
-                "no body has it: with mass and centre of gravity it is not positive definite";
+                "not physical: with mass and centre of gravity it is not positive definite";
             return refused("inertia", reason);
         }
         let body = &self.body;
@@ -175,7 +176,7 @@ impl Parts {
         if principal.min() <= 0.0 || 2.0 * largest > sum * (1.0 + 1e-6) {
             let about: Vec<String> = principal.iter().map(|x| format!("{x:.4}")).collect();
             let reason = format!(
-                "no body has the principal moments {} kg m^2 about its centre of gravity: each is positive, and at most the sum of the others",
+                "the principal moments {} kg m^2 about the centre of gravity are not physical: each must be positive, and at most the sum of the others",
                 about.join(", ")
             );
             return refused("inertia", reason);
@@ -185,7 +186,7 @@ impl Parts {
         inverse.ok_or_else(|| Unphysical::new("added_mass", reason))
     }
 
-    /// Checks that damping feeds no energy.
+    /// Checks that damping does not add energy.
     fn check_damping(&self) -> Result<(), Unphysical> {
         let linear = &self.damping.linear;
         let symmetrical: Matrix6 =
@@ -193,13 +194,13 @@ impl Parts {
         let least = least_eigenvalue(&symmetrical);
         if let Some(least) = least.filter(|least| *least < -1e-9 * norm(linear)) {
             let reason = format!(
-                "it feeds energy: the least eigenvalue of its symmetric part is {least:.3e}"
+                "it adds energy: the smallest eigenvalue of its symmetric part is {least:.3e}"
             );
             return refused("linear_damping", reason);
         }
         for (i, row) in self.damping.quadratic.iter().enumerate() {
             if row.iter().any(|x| !x.is_finite()) || row[i] < 0.0 {
-                let reason = format!("row {}: {row:?} feeds energy or is not finite", i + 1);
+                let reason = format!("row {}: {row:?} adds energy or is not finite", i + 1);
                 return refused("quadratic_damping", reason);
             }
         }
@@ -215,7 +216,7 @@ fn symmetric(entry: &str, a: &Matrix6) -> Result<(), Unphysical> {
             let is_same = (one - other).abs() <= 1e-9 * norm(a);
             if !is_same {
                 let reason = format!(
-                    "not symmetric: {one} in row {}, column {}, and {other} across",
+                    "not symmetric: {one} in row {}, column {}, but {other} in the mirrored entry",
                     i + 1,
                     j + 1
                 );
@@ -230,7 +231,7 @@ fn norm(a: &Matrix6) -> f64 {
     a.iter().flatten().map(|x| x.abs()).fold(0.0, f64::max)
 }
 
-/// `None` when an entry is not finite.
+/// Smallest eigenvalue; `None` if an entry is not finite.
 fn least_eigenvalue(a: &Matrix6) -> Option<f64> {
     if a.iter().flatten().any(|x| !x.is_finite()) {
         return Some(f64::NEG_INFINITY);

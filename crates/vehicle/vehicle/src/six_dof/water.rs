@@ -1,21 +1,21 @@
-//! How the water moves: currents and waves.
+//! Motion of the water: currents and waves.
 
 use std::f64::consts::TAU;
 
 use super::lanes::{Real, Three};
 
-/// The water's motion at the vehicle, in the fixed frame.
+/// Motion of the water at the vehicle, in the fixed frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Water<T> {
     /// \[m/s\]
     pub velocity: Three<T>,
-    /// Its change along the vehicle's way \[m/s^2\].
+    /// Derivative of the water's velocity along the vehicle's path \[m/s^2\].
     pub acceleration: Three<T>,
-    /// The acceleration of the water itself \[m/s^2\]: its pressure gradient over its density.
+    /// Acceleration of the water itself \[m/s^2\]: its pressure gradient divided by its density.
     pub of_water: Three<T>,
-    /// Whether it ends at depth 0; else there is water above too.
+    /// Whether the water has a surface at depth 0; otherwise there is water above too.
     pub has_surface: bool,
-    /// Depth of the bottom \[m\]; `None`: there is none.
+    /// Depth of the bottom \[m\]; `None` without a bottom.
     pub bottom: Option<f64>,
 }
 
@@ -26,7 +26,7 @@ impl<T: Real> Water<T> {
         Self::steady([0.0; 3])
     }
 
-    /// A steady current, the same everywhere: north, east, down \[m/s\].
+    /// A steady uniform current: north, east, down \[m/s\].
     #[must_use]
     pub fn steady(velocity: Three<f64>) -> Self {
         Self {
@@ -39,47 +39,47 @@ impl<T: Real> Water<T> {
     }
 }
 
-/// Standard gravity, as the reports and vehicles here use it \[m/s^2\].
+/// Standard gravity of the reports and vehicles \[m/s^2\].
 pub const GRAVITY: f64 = 9.81;
 
 /// The sea: a current that may turn and vary with depth, and waves.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sea {
-    /// North, east, down \[m/s\], at the surface and at the time 0.
+    /// Current at the surface at time 0: north, east, down \[m/s\].
     pub current: Three<f64>,
-    /// How fast the current turns about down \[rad/s\].
+    /// Rate at which the current turns about the down axis \[rad/s\].
     pub turning: f64,
-    /// Change of the current per metre of depth, north and east \[1/s\].
+    /// Gradient of the current with depth, north and east \[1/s\].
     pub shear: [f64; 2],
     /// First-order waves.
     pub waves: Vec<Wave>,
-    /// Whether the vehicle comes out of the water at depth 0: at the mean surface, waves or not.
+    /// Whether the vehicle emerges at depth 0: at the mean surface, with or without waves.
     pub has_surface: bool,
-    /// Depth of the bottom \[m\]; `None`: there is none.
+    /// Depth of the bottom \[m\]; `None` without a bottom.
     pub bottom: Option<f64>,
 }
 
-/// A wave of small amplitude on deep water.
+/// A wave of small amplitude in deep water.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wave {
     /// \[m\]
     pub amplitude: f64,
     /// \[s\]
     pub period: f64,
-    /// Where it goes to, from north over east \[rad\].
+    /// Direction of propagation, from north towards east \[rad\].
     pub direction: f64,
-    /// Of the elevation at the place and time 0 \[rad\].
+    /// Phase of the elevation at the origin at time 0 \[rad\].
     pub phase: f64,
 }
 
 impl Sea {
-    /// Whether the water moves alike everywhere and always.
+    /// Whether the water's motion is uniform and constant.
     #[must_use]
     pub fn is_steady(&self) -> bool {
         self.turning == 0.0 && self.shear == [0.0; 2] && self.waves.is_empty()
     }
 
-    /// The water at a place (north, east, down \[m\]) of a vehicle that moves over ground (\[m/s\]), at a time \[s\].
+    /// The water at a position (north, east, down \[m\]) at a time \[s\], for a vehicle with a velocity over ground \[m/s\].
     #[must_use]
     pub fn at(&self, place: Three<f64>, over_ground: Three<f64>, time: f64) -> Water<f64> {
         let (sin, cos) = libm::sincos(self.turning * time);
@@ -106,7 +106,7 @@ impl Sea {
 }
 
 impl Wave {
-    /// The water's velocity and its change along the way: Airy's wave, `omega^2 = g k`.
+    /// Adds the wave's velocity and its derivative along the path: Airy's wave, `omega^2 = g k`.
     fn add(&self, water: &mut Water<f64>, place: Three<f64>, over_ground: Three<f64>, time: f64) {
         let omega = TAU / self.period;
         let k = omega * omega / GRAVITY;

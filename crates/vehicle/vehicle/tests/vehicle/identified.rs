@@ -167,14 +167,11 @@ fn what_no_vehicle_follows_is_refused_with_how_far_it_is_off() {
             },
             "is off by",
         ),
-        (|m| m.covariance[0][0] = 1.0, "frequencies only"),
-        (
-            |m| m.physical = Some(physical(0.5, -0.2)),
-            "mu is below zero",
-        ),
+        (|m| m.covariance[0][0] = 1.0, "frequencies"),
+        (|m| m.physical = Some(physical(0.5, -0.2)), "mu is negative"),
         (
             |m| m.physical = Some(physical(-0.5, 0.2)),
-            "beta is below zero",
+            "beta is negative",
         ),
     ];
     for (change, reason_part) in refused {

@@ -40,7 +40,7 @@ fn a_file_that_is_not_physical_is_refused_with_the_entry() {
         (
             "xx: 0.9 kg m^2",
             "xx: 20 kg m^2",
-            "inertia: no body has the principal moments",
+            "inertia: the principal moments",
         ),
         ("xy: 0.11 kg m^2", "xy: 5.1 kg m^2", "inertia"),
         ("[3.1, 0.4,", "[-90, 0.4,", "added_mass"),
@@ -48,7 +48,7 @@ fn a_file_that_is_not_physical_is_refused_with_the_entry() {
         (
             "- [4, 0, 0.2, 0, 0.1, 0]",
             "- [-4, 0, 0.2, 0, 0.1, 0]",
-            "linear_damping: it feeds energy",
+            "linear_damping: it adds energy",
         ),
         (
             "- [5, 0.1, 0.2, 0, 0, 0]",
@@ -129,10 +129,10 @@ fn a_factor_scales_the_numbers_of_its_name_and_no_other() {
 fn a_factor_of_nothing_or_one_that_no_vehicle_has_is_refused() {
     let lauv = vehicle("lauv");
     for (name, factor, reason) in [
-        ("N_uu_dr", 1.1, "none of mass, inertia"),
-        ("thrust", 1.1, "lauv has none"),
-        ("X_vv", 1.1, "lauv has none"),
-        ("linear_damping", -1.0, "feeds energy"),
+        ("N_uu_dr", 1.1, "use one of mass, inertia"),
+        ("thrust", 1.1, "vehicle 'lauv' has no such number"),
+        ("X_vv", 1.1, "vehicle 'lauv' has no such number"),
+        ("linear_damping", -1.0, "adds energy"),
         ("mass", f64::NAN, "mass"),
     ] {
         let refusal = lauv.scaled([(name, factor)]).unwrap_err().to_string();
