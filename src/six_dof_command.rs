@@ -470,9 +470,9 @@ fn turn(args: &TurnArgs) -> Result<()> {
 fn print_turn(found: &Turn, hold: &str, growth: Option<f64>) -> Result<()> {
     let [u, v, w] = found.velocity;
     let speed = (u * u + v * v + w * w).sqrt();
-    out!("  speed       {speed:.5} m/s; u, v, w {u:.5} {v:.5} {w:.5}")?;
+    out!("  speed       {speed:.5} m/s; u, v, w {u:.5} {v:.5} {w:.5} m/s")?;
     out!(
-        "  heading     {:.4} deg/s, positive to starboard",
+        "  yaw rate    {:.4} deg/s, positive to starboard",
         found.yaw_rate.to_degrees()
     )?;
     if found.yaw_rate != 0.0 {

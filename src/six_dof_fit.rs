@@ -235,11 +235,13 @@ fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
         )?;
     }
     if let Some(path) = &args.out {
+        let written = Outcome::new("").file("Vehicle", path);
         let fly = format!("planesman six-dof fly {}", path.display());
-        Outcome::new("")
-            .file("Vehicle", path)
-            .next(fly, "fly it")
-            .print()?;
+        match found.verdict().standing() {
+            Standing::NotUsable => written,
+            _ => written.next(fly, "fly it"),
+        }
+        .print()?;
     }
     Ok(())
 }

@@ -126,7 +126,7 @@ def simulate(
 ) -> Flight:
     """Simulate a scenario in this process: vehicle, controller, actuator and identifier, bit for bit as `planesman sim`.
 
-    `scenario` is a built-in one (dive, open_loop, way_depths, remus_100), a file, or its contents as a mapping. `duration` and `tick`
+    `scenario` is a built-in one (see `Scenario`), a file, or its contents as a mapping. `duration` and `tick`
     are in s; `seed` is the seed of all noise. `parameters` are those listed by `parameters()`, by node or by full name:
 
     >>> simulate("dive", depth_controller={"depth.p": 1.2}, plant_sim={"speed": "2ft/s"})

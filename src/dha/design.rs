@@ -160,7 +160,7 @@ pub fn run(args: &DesignArgs) -> Result<()> {
     let seconds = begun.elapsed().as_secs_f64();
     planesman_console::err!("{} designs in {seconds:.1} s", designs.len());
     let outcome = circuits::Outcome::new(designs.into_iter().zip(figures).collect(), &cycle);
-    let format = Format::or_by_output(args.format);
+    let format = args.format.unwrap_or(Format::Table);
     if let Some(file) = &args.html {
         write_text(file, outcome.page(&args.load_cycle, &cycle))?;
     }

@@ -90,7 +90,7 @@ pub fn table(survey: &Survey, all: bool, width: Option<usize>) -> String {
             let topics = survey.topics.len();
             let s = if topics == 1 { "" } else { "s" };
             text += &format!(
-                "\n{topics} topic{s}, {fields} numeric fields. Columns: field, samples, minimum, maximum, time history\n"
+                "\n{topics} topic{s}, {fields} numeric fields.\nColumns: field, samples, minimum, maximum, time history\n"
             );
         }
     }

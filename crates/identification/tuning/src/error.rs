@@ -46,7 +46,7 @@ pub enum TuneError {
     /// The model has direct feedthrough.
     #[error(
         "the input acts on the output of the same sample, but a controller reads the output \
-         first: give the time from the sample to its command, {}", setting("computing_delay", .0)
+         first: give the time from the sample to its command, {}", setting("computing_delay", format_args!("{}s", .0))
     )]
     Feedthrough(f64),
     /// Another tick than the model's, but no continuous counterpart.

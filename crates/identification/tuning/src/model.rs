@@ -349,7 +349,12 @@ impl UncertainModel {
                 let size: f64 = plant.b.iter().sum();
                 let lag = -(crate::plant::backward(&plant.b, q) / size).argument() / frequency;
                 let delay = plant.delay as f64 * plant.tick + lag;
-                found.push(of("dead time with zeros", "s", PropertyKind::Delay, delay));
+                found.push(of(
+                    "delay less the lead of the zeros",
+                    "s",
+                    PropertyKind::Delay,
+                    delay,
+                ));
                 Ok(found)
             }
         }

@@ -138,6 +138,12 @@ pub struct SixDofResult {
     pub undetermined: Vec<Expected>,
     /// The run that minimises the largest interval.
     pub next: Option<NextRun>,
+    /// The range of each signal.
+    #[serde(skip)]
+    ranges: Vec<(&'static str, f64)>,
+    /// The range of each signal.
+    #[serde(skip)]
+    ranges: Vec<(&'static str, f64)>,
     #[serde(skip)]
     file: EditableFile,
     #[serde(skip)]
@@ -148,6 +154,8 @@ pub struct SixDofResult {
 const WORSE: f64 = 1.05;
 /// Errors within this many times the noise do not count as worse.
 const WITHIN_NOISE: f64 = 1.5;
+/// Errors below this share of a signal's range are no worse.
+const SMALL: f64 = 1e-3;
 
 /// The verdict on a fitted vehicle.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -215,13 +223,13 @@ impl SixDofResult {
         let Some(held) = &self.held_out else {
             return SixDofVerdict::NotValidated;
         };
-        let noise = |name: &str| {
-            self.noise
-                .iter()
-                .find(|it| it.0 == name)
-                .map_or(0.0, |it| it.1)
+        let of = |all: &[(&str, f64)], name: &str| {
+            all.iter().find(|it| it.0 == name).map_or(0.0, |it| it.1)
         };
-        let is_seen = (held.signals.iter()).any(|it| it.1 > WITHIN_NOISE * noise(it.0));
+        let is_seen = held.signals.iter().any(|(name, fitted, _)| {
+            *fitted > WITHIN_NOISE * of(&self.noise, name)
+                && *fitted > SMALL * of(&self.ranges, name)
+        });
         let ratios = held.signals.iter().map(|it| libm::log(it.1 / it.2));
         let ratio = libm::exp(ratios.sum::<f64>() / held.signals.len().max(1) as f64);
         let count = self.undetermined.len();
@@ -326,6 +334,14 @@ pub fn fit_six_dof(
         windows: all.len(),
         samples,
         contradictions: kinematics::contradictions(&data.runs, &channels),
+        ranges: (channels.iter().enumerate())
+            .map(|(place, channel)| {
+                let values = data.runs.iter().flat_map(|it| &it.outputs[place].values);
+                let least = values.clone().copied().fold(f64::INFINITY, f64::min);
+                let largest = values.copied().fold(f64::NEG_INFINITY, f64::max);
+                (SIGNALS[*channel].0, largest - least)
+            })
+            .collect(),
         held_out: held_out(&problem, (&cut(0.0..FITTED), &cut(FITTED..1.0)), globals),
         noise: noise.collect(),
         sought: problem.sought.clone(),

@@ -59,6 +59,21 @@ planesman_wording::choices! {
 }
 
 impl CurveChoice {
+    /// The one of a cause, where that is a curve.
+    pub(super) const fn of(cause: &Cause) -> Option<Self> {
+        Some(match cause {
+            Cause::Input(StaticCurve::DeadZone { .. }) => Self::DeadZone,
+            Cause::Input(StaticCurve::Saturation { .. }) => Self::Saturation,
+            Cause::Input(StaticCurve::Square { .. }) => Self::Square,
+            Cause::Input(StaticCurve::Piecewise { .. }) => Self::Piecewise,
+            Cause::Input(StaticCurve::Backlash { .. }) => Self::Backlash,
+            Cause::Output(StaticCurve::DeadZone { .. }) => Self::OutputDeadZone,
+            Cause::Output(StaticCurve::Saturation { .. }) => Self::OutputSaturation,
+            Cause::Output(StaticCurve::Piecewise { .. }) => Self::OutputPiecewise,
+            _ => return None,
+        })
+    }
+
     /// Which signal it is of.
     pub(super) const fn side(self) -> Side {
         match self {

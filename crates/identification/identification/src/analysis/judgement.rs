@@ -8,7 +8,7 @@ use planesman_linear::ComplexFunctions as _;
 use super::reason::{Reason, ResidualFinding};
 use super::search::{MAX_DELAY, MAX_ORDER, METHOD_MAX_DELAY, METHOD_MAX_ORDER};
 use super::verdict::{GOOD, USABLE, VERY_GOOD, Verdict};
-use super::{Analysis, BELOW_NOISE, InputPart};
+use super::{Analysis, BELOW_NOISE, CurveChoice, InputPart};
 use crate::estimators::{Error, Method, Property};
 use crate::selection::process::may_integrate;
 use crate::selection::{Kind, criteria, dead_time};
@@ -348,7 +348,21 @@ impl Analysis {
         let is_cancelled = |it: &Reason| matches!(it, Reason::CancelledPole(_));
         let is_feedback = |it: &Reason| matches!(it, Reason::Doubt(Doubt::FeedbackAlone(..)));
         let integrates = may_integrate(&self.estimate) && !self.reasons.iter().any(is_cancelled);
+        let curve = self
+            .finding
+            .as_ref()
+            .and_then(|it| CurveChoice::of(&it.cause));
         match self.verdict {
+            Verdict::NotLinear { .. }
+                if let Some(choice) = curve.filter(|_| self.curved.is_none()) =>
+            {
+                format!(
+                    "fit levels or times separately: {}; or fit the curve named above together with the dynamics: {} (the input needs \
+                     more levels than the curve has parameters)",
+                    setting("window", "FROM..TO"),
+                    setting("curve", choice.name())
+                )
+            }
             Verdict::Drift { .. } if integrates => format!(
                 "keep the line, since an integrator drifts so by a constant at its input: compare {}, or {}",
                 setting("method", "process"),

@@ -118,9 +118,12 @@ impl Analysis {
         text + &interval_of_delay(self.lag)
     }
 
-    /// Candidates, coefficients, poles and zeros, offset and noise.
+    /// Candidates, coefficients, all modes, poles and zeros, offset and noise.
     fn detail(&self) -> String {
         let mut text = self.tried();
+        for mode in self.reading().modes() {
+            let _ = writeln!(text, "{:<12} {mode}", "all modes");
+        }
         text += &self.coefficients();
         text += &self.places();
         let _ = writeln!(text, "{:<12} {}", "offset", self.offsets());
@@ -441,7 +444,7 @@ pub(crate) fn limit_by_noise(held_out: &HeldOutFits) -> String {
     held_out.attainable.map_or(String::new(), |most| {
         let limit = match held_out.is_noise() {
             true => "the output stays within the noise".to_owned(),
-            false => format!("noise limits any model to {most:.2} %"),
+            false => format!("noise limits any model to about {most:.1} %"),
         };
         format!("{:<12} {limit} on the held-out data\n", "limit")
     })
@@ -457,8 +460,9 @@ fn modes(reading: &Reading<'_>) -> String {
     if others > 0 {
         let _ = writeln!(
             text,
-            "{:<12} {others} more, each with an interval larger than its pole",
-            "mode"
+            "{:<12} {others} more, not determined: the interval is larger than the pole ({} lists them)",
+            "mode",
+            option("verbose")
         );
     }
     text

@@ -217,9 +217,8 @@ impl Verdict {
                 setting("method", "armax")
             ),
             Self::NotLinear { .. } => format!(
-                "fit levels or times separately: {window}; or fit the curve named above together with the dynamics: {} (the input needs \
-                 more levels than the curve has parameters)",
-                option("curve")
+                "fit levels or times separately: {window}; or equations of your own: {}",
+                option("equations")
             ),
             Self::Disturbed { .. } => format!(
                 "record the disturbance as one more input, or leave out the time when it acts: {window}"

@@ -29,7 +29,6 @@ td.links a { display: inline-block; min-height: 24px; }
 tr:target, .anchor:target { outline: 2px solid var(--accent); outline-offset: 2px; }
 code { overflow-wrap: anywhere; background: var(--surface); padding: .1rem .3rem; }
 @media print {
-  @page { size: A4; margin: 12mm; }
   body { font-size: 9pt; line-height: 1.35; }
   h1 { font-size: 15pt; margin-right: 0; } h2 { font-size: 12pt; margin: 1rem 0 .2rem; break-after: avoid; }
   nav { display: none; }
@@ -188,8 +187,7 @@ impl Review<'_> {
         let (tone, word, why) = match (&self.model, &self.gains) {
             (Err(reason), _) => return (Tone::Bad, "NOT USABLE", reason.clone(), Entry::Model),
             (Ok(_), Err(reason)) => {
-                let why = format!("{reason}. Next: {next}");
-                return (Tone::Bad, "NOT USABLE", why, Entry::Margins);
+                return (Tone::Bad, "NOT USABLE", reason.clone(), Entry::Margins);
             }
             (Ok(_), Ok(gains)) => match (gains.keeps_limits, verdict.map(Verdict::standing)) {
                 (false, _) => (
