@@ -141,9 +141,6 @@ pub struct SixDofResult {
     /// The range of each signal.
     #[serde(skip)]
     ranges: Vec<(&'static str, f64)>,
-    /// The range of each signal.
-    #[serde(skip)]
-    ranges: Vec<(&'static str, f64)>,
     #[serde(skip)]
     file: EditableFile,
     #[serde(skip)]

@@ -16,6 +16,9 @@ use super::cards::{Card, cards};
 use super::{document, figure, heat_map};
 use planesman_flight::titles::title;
 
+/// Digits of settling times and plane travel.
+const DIGITS: usize = 4;
+
 /// Maximum number of plotted points that are not on the Pareto front; of more points every n-th is plotted.
 const DRAWN: usize = 4000;
 
