@@ -132,7 +132,7 @@ fn lives_through(source: impl FnOnce(u16, Vec<Vec<u8>>) -> Source, time: Duratio
                 .map(|pair| format!("{} {}", pair.key, pair.value));
             status
                 .message
-                .contains("is refused")
+                .contains("was refused")
                 .then(|| counts.collect::<Vec<_>>().join(", "))
         });
         println!("{name} has refused: {counts}");

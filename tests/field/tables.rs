@@ -295,7 +295,7 @@ fn what_may_be_read_in_two_ways_is_refused() {
         .says("verdict: good")
         .says("the first 't' in line 1002");
     let old = format!("t,u,y\n{}", plain()).replace('\n', "\r");
-    of(folder.path(), "old.csv", old, &[]).refused(&["CR alone", "tr"]);
+    of(folder.path(), "old.csv", old, &[]).refused(&["CR only", "tr"]);
     // A column whose name is the time's and that is empty is none.
     let text = rows(|k, _, u, y| {
         let all = k as u64 * 50_000_000;

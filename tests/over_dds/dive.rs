@@ -97,7 +97,7 @@ fn the_page_needs_nothing_else(run: &RunFolder) {
     let page = std::fs::read_to_string(run.page()).unwrap();
     assert!(page.contains("Content-Security-Policy\" content=\"default-src 'none';"));
     let page = content(&page);
-    assert_eq!(page.matches("<figure class=\"plot\">").count(), 7);
+    assert_eq!(page.matches("<figure class=\"plot").count(), 7);
     for load in [
         "src=\"",
         "href=\"http",

@@ -228,7 +228,7 @@ fn each_pair_is_fitted_frozen_and_reset_by_service() {
     let none = rig.fit("roll");
     assert!(!none.success);
     assert!(
-        none.message.contains("the pairs are model, back"),
+        none.message.contains("known: model, back"),
         "{}",
         none.message
     );

@@ -193,7 +193,7 @@ fn an_actuator_has_one_name_in_design_in_scenarios_and_in_the_actuator_s_own_com
         let design = ["design", "analyse", "--actuator", name];
         let design = stage.run(&design);
         assert!(
-            design.stdout.contains(&format!("behind {name}")),
+            design.stdout.contains(&format!("with actuator {name}")),
             "{design:#?}"
         );
         refused(

@@ -154,7 +154,7 @@ fn a_heat_map_tells_its_fields_under_the_cursor() {
     };
     assert_eq!(seen.plots[0].0, "Settling time (5 %) [s]");
     // The same field in both maps; the best one is said.
-    let field = "at depth_controller.depth.p [rad/m] 1, plant_sim.speed [m/s] 0.3";
+    let field = "at depth.p [rad/m] 1, speed [m/s] 0.3";
     for (heading, place) in &seen.together[..2] {
         assert!(place.ends_with(field), "{heading}: {place}");
     }

@@ -33,7 +33,7 @@ fn a_steady_turn_is_found_and_a_flight_with_its_inputs_goes_over_into_it() {
     ]);
     for line in [
         "speed       1.41824 m/s",
-        "heading     -12.8790 deg/s",
+        "yaw rate    -12.8790 deg/s",
         "radius      6.309 m",
         "stern_planes -0.01064",
     ] {
