@@ -131,7 +131,10 @@ fn an_answer_within_the_delay_budget_is_flown_late_and_flagged() {
         state.planes_source == VehicleState::PLANES_LATE
     });
     assert_eq!(late.dive_planes, 0.1);
-    operator.status("/auv/plant_sim: vehicle", "using an answer that is 2 ticks old");
+    operator.status(
+        "/auv/plant_sim: vehicle",
+        "using an answer that is 2 ticks old",
+    );
 }
 
 /// Keeps a dive of one second running, tells `stop` to stop it once it has flown on for long,

@@ -642,8 +642,18 @@ mod tests {
             assert!(refusal.contains(said), "{text}: {refusal}");
         }
         let deep = "(".repeat(100_000);
-        assert!(root(&deep).unwrap_err().to_string().contains("64 deep"));
+        assert!(
+            root(&deep)
+                .unwrap_err()
+                .to_string()
+                .contains("64 levels deep")
+        );
         let deep = "-".repeat(100_000);
-        assert!(root(&deep).unwrap_err().to_string().contains("64 deep"));
+        assert!(
+            root(&deep)
+                .unwrap_err()
+                .to_string()
+                .contains("64 levels deep")
+        );
     }
 }

@@ -171,7 +171,7 @@ fn what_is_no_model_is_refused_with_entry_and_remedy() {
         (
             "-a*x",
             "-alpha*x",
-            "states: x: derivative: character 2: 'alpha' is no input",
+            "states: x: derivative: character 2: 'alpha' is not an input",
         ),
         (
             "b*u",
@@ -209,20 +209,16 @@ fn what_is_no_model_is_refused_with_entry_and_remedy() {
             "{fixed: .nan}",
             "parameters: b: fixed: NaN refused",
         ),
-        (
-            "b: {",
-            "x: {",
-            "parameters: x: the name stands under states too",
-        ),
+        ("b: {", "x: {", "parameters: x: states has this name too"),
         (
             "b: {",
             "sin: {",
-            "parameters: sin: the name is that of a function",
+            "parameters: sin: this is the name of a function",
         ),
         (
             "parameters:",
             "definitions: {p: q + 1, q: p*2}\nparameters:",
-            "in a circle: p -> q -> p",
+            "definitions are circular: p -> q -> p",
         ),
     ] {
         let refusal = change(from, to);

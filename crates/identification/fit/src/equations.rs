@@ -317,7 +317,7 @@ parameters: {a: {start: 1, min: 0.01}, b: {start: 1}}
         let refusal = refusal.unwrap_err().to_string();
         assert!(
             refusal.contains(
-                "input volts: the equations have the inputs u, v; write input NAME=SIGNAL"
+                "input volts has no known name: the equations have the inputs u, v; write input NAME=SIGNAL"
             ),
             "{refusal}"
         );

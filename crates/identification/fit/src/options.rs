@@ -643,7 +643,10 @@ mod tests {
                 &|it| it.structure.order = Some(65),
                 "'65' for 'order': 65 is not in 0..=64",
             ),
-            (&|it| it.structure.order = Some(21), "order: 20 at most"),
+            (
+                &|it| it.structure.order = Some(21),
+                "order may be at most 20",
+            ),
             (
                 &|it| it.recursion.forgetting = Some(0.9),
                 "for the recursive methods",

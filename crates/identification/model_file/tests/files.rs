@@ -138,7 +138,7 @@ fn what_does_not_belong_together_is_neither_written_nor_read() {
     long.den = [vec![1.0], vec![0.0; order]].concat();
     long.covariance = vec![vec![0.0; 2 * order]; 2 * order];
     let refusal = long.check().unwrap_err();
-    assert!(refusal.to_string().contains(&format!("{order} at most")));
+    assert!(refusal.to_string().contains(&format!("at most {order}")));
 }
 
 #[test]

@@ -52,7 +52,10 @@ fn order_and_delay_are_found_and_the_next_order_is_said_to_add_nothing() {
         analysis.text()
     );
     assert!(
-        says(&analysis, "cross-validated: output_error, order 2, delay 2"),
+        says(
+            &analysis,
+            "by cross-validation: output_error, order 2, delay 2"
+        ),
         "{}",
         analysis.text()
     );

@@ -194,7 +194,7 @@ fn a_pole_that_a_zero_cancels_is_left_out_and_both_gains_are_told() {
         });
         assert!(off < 4.0, "{seed}: {}", analysis.text());
         if let Some(other) = &analysis.search.other_order {
-            let phrase = format!("the model of order {}, with", other.order);
+            let phrase = format!("an order-{} model, with", other.order);
             assert!(says(&analysis, &phrase), "{}", analysis.text());
             assert!(other.order != analysis.estimate.layout.structure.poles);
             told += 1;

@@ -720,7 +720,7 @@ fn pairs_that_are_none_are_refused_with_the_form() {
         ),
         (
             "heave: plane_motion:dive_planes -> state:heave answer=true",
-            "node's",
+            "belongs to the node",
         ),
         ("heave: dive_planes -> state:heave", "TOPIC:FIELD"),
         ("heave: state:heave -> state:heave", "input as well"),

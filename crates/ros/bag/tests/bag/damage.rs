@@ -230,7 +230,7 @@ fn other_storages_and_outer_compression_are_refused_by_name() {
     // By another packer it is read only if it lies unpacked beside.
     fs::write(&metadata, packed("lz4")).expect("room on the disk");
     let refusal = BagReader::open(&path).expect_err("packed").to_string();
-    assert!(refusal.contains("compressed by FILE (lz4)"), "{refusal}");
+    assert!(refusal.contains("compression by FILE (lz4)"), "{refusal}");
     fs::write(&file, plain).expect("room on the disk");
     BagReader::open(&path).expect("unpacked");
 }
@@ -502,10 +502,7 @@ fn messages_packed_one_by_one_are_read_up_to_the_unpacked_bytes_that_are_asked_f
     let (count, said) = read(Some(3001));
     assert_eq!(count, 3, "{said:?}");
     let said = said.expect("a limit");
-    assert!(
-        said.contains("more than the 3001 exceeds the limit of"),
-        "{said}"
-    );
+    assert!(said.contains("exceeds the limit of 3001"), "{said}");
 }
 
 #[test]
