@@ -361,7 +361,7 @@ fn what_leads_to_no_number_is_refused_with_what_would() {
         refusal
             .unwrap_err()
             .to_string()
-            .contains("[9] in float64[9]")
+            .contains("float64[9] has no element [9]")
     );
 }
 
