@@ -190,7 +190,7 @@ def test_a_folder_of_several_bags_is_refused_and_a_list_is_several_experiments(t
         planesman.simulate("dive", seed=seed, bag=path, depth_controller={"identification.seed": seed})
     signals = ("plane_motion:dive_planes", "state:pitch_rate")
     for call in [lambda: planesman.fit(tmp_path, *signals), lambda: planesman.read_bag(tmp_path, signals), lambda: planesman.read_bag(bags, signals)]:
-        with pytest.raises(planesman.PlanesmanError, match="several: run_1.mcap, run_2.mcap, whose times overlap; name one"):
+        with pytest.raises(planesman.PlanesmanError, match=r"several bags, not one \(times overlap\): run_1.mcap, run_2.mcap; name one"):
             call()
     both = planesman.fit(bags, *signals, order=3, delay=1)
     one = planesman.fit(bags[0], *signals, order=3, delay=1)
