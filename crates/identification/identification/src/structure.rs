@@ -34,11 +34,17 @@ pub(crate) fn variance(values: &[f64]) -> f64 {
     values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count
 }
 
+/// The minimum and the maximum.
+pub(crate) fn extremes(values: &[f64]) -> (f64, f64) {
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    (least, largest)
+}
+
 /// The maximum minus the minimum.
 pub(crate) fn range(values: &[f64]) -> f64 {
-    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    most - least
+    let (least, largest) = extremes(values);
+    largest - least
 }
 
 /// The initial state of a record.

@@ -8,7 +8,7 @@ use crate::estimators::{
 };
 use crate::selection::criteria::first_part;
 use crate::static_curve::{FittedCurve, Side, StaticCurve};
-use crate::structure::{Problem, Structure, range};
+use crate::structure::{Problem, Structure, extremes, range};
 use crate::uncertainty::SIGMAS_95;
 use crate::validation::nonlinearity::Cause;
 use planesman_linear::digits::with_interval;
@@ -221,9 +221,8 @@ pub(super) fn of_cause(
 
 /// Limits at which an output dwells: many samples are within a tenth of its range of its largest or least value, and few in the next tenth.
 pub(super) fn dwelt_at(outputs: &[f64]) -> Option<StaticCurve> {
-    let least = outputs.iter().copied().fold(f64::INFINITY, f64::min);
-    let largest = least + range(outputs);
-    let part = range(outputs) / PARTS_OF_RANGE;
+    let (least, largest) = extremes(outputs);
+    let part = (largest - least) / PARTS_OF_RANGE;
     let dwells = |away: &dyn Fn(f64) -> f64| {
         let parts = outputs.iter().map(|y| away(*y) / part);
         let [near, next] = [0.0, 1.0].map(|from| {
@@ -250,10 +249,8 @@ pub(super) fn clipped_at(outputs: &[f64]) -> Option<StaticCurve> {
             is_moving && is_large((y[1] - y[0]).abs()) && y[2..].iter().all(|y| *y == limit)
         })
     };
-    let least = outputs.iter().copied().fold(f64::INFINITY, f64::min);
-    let largest = outputs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let (lower, upper) = (Some(least).filter(|it| is_clipped(*it)), Some(largest));
-    let upper = upper.filter(|it| is_clipped(*it));
+    let (least, largest) = extremes(outputs);
+    let [lower, upper] = [least, largest].map(|it| is_clipped(it).then_some(it));
     (lower.is_some() || upper.is_some()).then_some(StaticCurve::Saturation { lower, upper })
 }
 

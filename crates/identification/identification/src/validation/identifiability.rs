@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::batch::{Triangle, regressed};
 use crate::estimators::regression;
-use crate::structure::{InitialState, Problem, variance};
+use crate::structure::{InitialState, Problem, extremes, variance};
 use planesman_record::Run;
 
 /// An input counts as exciting a direction when its singular value is above this share of the
@@ -181,9 +181,7 @@ impl<'a> Pasts<'a> {
     /// Whether a controller of a disturbed output may have made the input: it has more than two levels and is not held.
     fn may_be_fed(&self) -> bool {
         let inputs = self.inputs;
-        let (least, largest) = (inputs.iter()).fold((f64::MAX, f64::MIN), |(least, largest), u| {
-            (u.min(least), u.max(largest))
-        });
+        let (least, largest) = extremes(inputs);
         let has_two_levels = inputs.iter().all(|u| *u == least || *u == largest);
         let moves = inputs.windows(2).filter(|u| u[0] != u[1]).count();
         !has_two_levels && 2 * moves >= inputs.len()
