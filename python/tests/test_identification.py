@@ -141,7 +141,7 @@ def test_what_is_refused_is_refused_in_one_sentence(bag: Path) -> None:
     [
         ({"heave": [1.0, 2.0, 3.0, 4.0], "method": "armax"}, "heave and vehicle need method='vehicle' or kalman"),
         ({"prewindow": True}, "prewindow needs order"),
-        ({"forgetting": 0.9, "method": "armax"}, "are for the recursive methods, as method='recursive_least_squares'"),
+        ({"forgetting": 0.9, "method": "armax"}, "apply only to recursive methods such as method='recursive_least_squares'"),
         ({"window": (0, 20), "validation": (10, 30)}, "window=(0, 20) overlaps validation=(10, 30)"),
     ],
 )
@@ -190,7 +190,7 @@ def test_a_folder_of_several_bags_is_refused_and_a_list_is_several_experiments(t
         planesman.simulate("dive", seed=seed, bag=path, depth_controller={"identification.seed": seed})
     signals = ("plane_motion:dive_planes", "state:pitch_rate")
     for call in [lambda: planesman.fit(tmp_path, *signals), lambda: planesman.read_bag(tmp_path, signals), lambda: planesman.read_bag(bags, signals)]:
-        with pytest.raises(planesman.PlanesmanError, match=r"several bags, not one \(times overlap\): run_1.mcap, run_2.mcap; name one"):
+        with pytest.raises(planesman.PlanesmanError, match=r"several bags \(times overlap\): run_1.mcap, run_2.mcap; name one"):
             call()
     both = planesman.fit(bags, *signals, order=3, delay=1)
     one = planesman.fit(bags[0], *signals, order=3, delay=1)

@@ -279,7 +279,7 @@ fn bag_links() {
         (&folder, 404, "it is not a regular file"),
         ("/dev/zero", 404, "it is not a regular file"),
         ("/dev/tty", 404, "it is not a regular file"),
-        (&text, 404, "it is not a bag"),
+        (&text, 404, "the file is not a bag"),
         ("/no/such/bag.mcap", 404, "No such file"),
         (&bag, 200, "filename=\"bag.mcap\""),
     ] {

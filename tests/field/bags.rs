@@ -447,7 +447,7 @@ fn bags_without_definitions_are_read_where_ros_defines_the_types_itself() {
     });
     fit(folder.path(), &signals).refused(&[
         "/out",
-        "they are of another version",
+        "they have another version",
         "AMENT_PREFIX_PATH",
     ]);
     let folder = tempfile::tempdir().unwrap();
@@ -564,7 +564,7 @@ fn a_survey_says_of_each_topic_what_is_amiss_below_its_name_and_what_may_be_iden
     assert!(
         below("/parameter_events")
             .1
-            .contains("its fields are not listed")
+            .contains("the fields of this topic are not listed")
     );
     assert!(
         answer
@@ -683,7 +683,7 @@ fn json_is_read_by_the_same_paths_and_other_encodings_are_refused_with_what_conv
                 "protobuf" => "iter_decoded_messages(['/cmd'])",
                 _ => "CSV file from PlotJuggler",
             };
-            answer.refused(&["/cmd", encoding, "cdr and json are read", command]);
+            answer.refused(&["/cmd", encoding, "only cdr and json can be read", command]);
         }
     }
 }
@@ -872,7 +872,7 @@ fn two_publishers_are_told_apart_by_their_channels_or_by_the_numbers_that_each_c
         std::fs::write(folder.path().join("log.mcap"), file).unwrap();
         let run = |input| fit(folder.path(), &["log.mcap", "-i", input, "-o", "out:data"]);
         run("cmd:linear.x").refused(&[
-            "alternate between publishers",
+            "from different publishers in turn",
             "'cmd:[publisher=1].linear.x' (",
             " messages) or 'cmd:[publisher=2].linear.x' (",
         ]);

@@ -676,8 +676,10 @@ fn tables_of_one_topic_each_are_joined_by_time() {
     run(&["u_ms.csv", "y_s.csv", "-i", "u", "-o", "z"])
         .refused(&["no table has a column 'z'", "u, y"]);
     // Two clocks.
-    run(&["in.csv", "y_s.csv", "-i", "data", "-o", "y"])
-        .refused(&["from 0.000 to 99.950 s", "apart, so no input"]);
+    run(&["in.csv", "y_s.csv", "-i", "data", "-o", "y"]).refused(&[
+        "from 0.000 to 99.950 s",
+        "apart, so no output sample has an input sample",
+    ]);
     // Tables that have all signals are experiments, one after the other.
     write("run1.csv", format!("t,u,y\n{}", plain()));
     write("run2.csv", format!("t,u,y\n{}", plain()));

@@ -159,7 +159,7 @@ fn a_tables_blanks_are_absent_and_its_faults_are_reported() {
     for (text, more, reason) in [
         ("", "-i u -o y", "does not have two columns"),
         ("t,u\n", "-i u -o y", "no column 'y'; there are t, u"),
-        ("t,u,y\n", "-i u -o y", "there is no sample"),
+        ("t,u,y\n", "-i u -o y", "the signal has no sample"),
         ("t,u,y\n0,1,1\n", "-i u -o y --time s", "no column 's'"),
         ("t,u,y\nx,1,1\n", "-i u -o y", "1 of 1 rows have no time"),
         (
@@ -404,7 +404,7 @@ fn a_px4_log_is_read_by_its_topics_and_fields() {
         ),
         (
             "-i command:control[1] -o rates:body.y --stamp log",
-            "a log has its own stamps",
+            "a log contains its own stamps",
         ),
     ] {
         let refusal = try_fit(&path, more).unwrap_err();
@@ -509,7 +509,7 @@ fn what_is_not_there_is_refused_with_what_is() {
         (
             &two,
             "-i x/imu:orientation.x -o y/imu:orientation.x",
-            "there is no sample",
+            "the signal has no sample",
         ),
         (
             &path,

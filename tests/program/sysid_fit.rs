@@ -275,7 +275,7 @@ fn a_recursion_forgets_as_it_is_told() {
     // A strong prior keeps the parameters small.
     assert!(gain("--initial-covariance 1e-6").abs() < 0.01);
     let refusal = try_fit(&data, "--method arx --order 1 --forgetting 0.9").unwrap_err();
-    assert!(refusal.contains("for the recursive methods"), "{refusal}");
+    assert!(refusal.contains("only to recursive methods"), "{refusal}");
 }
 
 #[test]

@@ -40,7 +40,9 @@ pub enum Error {
         value: f64,
     },
     /// A numerator of higher degree than the denominator, for which the output would need future inputs.
-    #[error("the numerator's degree {numerator} is above the denominator's {denominator}")]
+    #[error(
+        "the numerator's degree {numerator} is higher than the denominator's degree {denominator}"
+    )]
     Improper {
         /// Degree of the numerator.
         numerator: usize,

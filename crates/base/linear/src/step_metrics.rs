@@ -56,7 +56,7 @@ impl StepMetrics {
             return Err(Error::Shape {
                 what: "the response",
                 found: format!("{} values", values.len()),
-                expected: format!("one for each of {} times", times.len()),
+                expected: format!("one value for each of {} times", times.len()),
             });
         }
         let mut meter = StepMeter::new(from, to, times.last().copied().unwrap_or(0.0))?;
@@ -184,7 +184,7 @@ impl StepMeter {
         let (sum, count) = self.steady;
         if count == 0 {
             return Err(Error::Empty {
-                what: "the response's last tenth",
+                what: "the last tenth of the response",
             });
         }
         let settled = |band: Band| Some(band.settled(last)? - begin);

@@ -36,13 +36,15 @@ pub enum Error {
     #[error("lists and mappings nest more than {DEPTH} deep at line {0}")]
     Deep(usize),
     /// Expanded aliases give too many values.
-    #[error("with its aliases expanded it has more than {VALUES} values, from line {0} on")]
+    #[error("the file has more than {VALUES} values with its aliases expanded, from line {0} on")]
     Large(usize),
     /// Expanded aliases give too much text.
-    #[error("with its aliases expanded it has more than {BYTES} bytes of text, from line {0} on")]
+    #[error(
+        "the file has more than {BYTES} bytes of text with its aliases expanded, from line {0} on"
+    )]
     Long(usize),
     /// Too many directives.
-    #[error("it has more than {DIRECTIVES} directives")]
+    #[error("the file has more than {DIRECTIVES} directives")]
     Directives,
     /// Invalid YAML.
     #[error("{0}")]

@@ -24,8 +24,7 @@ pub enum EquationsError {
     },
     /// The model is not finite at the start of the search.
     #[error(
-        "{entry} is not finite {when}, with {at}: give another start, or use min to avoid a \
-         division by 0"
+        "{entry} is not finite {when}, with {at}: give another start value, or use min to avoid a division by 0"
     )]
     NotFinite {
         /// The equation.
@@ -39,10 +38,9 @@ pub enum EquationsError {
     #[error(
         "the simulation ends at t = {time:.6} s, with {at}: {}",
         if *.stiff {
-            "a state changes within 1/10000 of a sampling interval. The equations are stiff, or a state grows without bound: give a start with longer time constants (and a min that keeps them long), or replace the fast state by its steady value"
+            "a state changes within 1/10000 of a sampling interval. The equations are stiff, or a state grows without bound: give start values with longer time constants (and a min that keeps them long), or replace the fast state by its steady value"
         } else {
-            "a state or an output is no longer finite: give another start, or use min to avoid a \
-             division by 0"
+            "a state or an output is no longer finite: give another start value, or use min to avoid a division by 0"
         }
     )]
     Unfinished {
@@ -55,7 +53,7 @@ pub enum EquationsError {
     },
     /// Too little data.
     #[error(
-        "{samples} samples of the outputs cannot determine {sought} parameters and initial states; record more, or fix some: fixed: VALUE"
+        "{samples} samples of the outputs cannot determine {sought} parameters and initial states; record more samples, or fix some parameters (fixed: VALUE)"
     )]
     TooFew {
         /// Number of samples of all outputs.
@@ -68,12 +66,11 @@ pub enum EquationsError {
     Constant(String),
     /// No parameter has an effect.
     #[error(
-        "no parameter changes any output near the start: give another start, or an input with \
-         more variation"
+        "no parameter changes any output near the start values: give other start values, or an input with more variation"
     )]
     NoEffect,
     /// No parameter is to be estimated.
-    #[error("parameters: all are fixed; give at least one a start")]
+    #[error("parameters: all are fixed; give at least one parameter a start value")]
     NothingSought,
     /// The covariance cannot be computed.
     #[error(transparent)]

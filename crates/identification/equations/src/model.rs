@@ -221,7 +221,7 @@ fn check_used<'a>(
         if let Some(name) = names.first() {
             return Err(EquationsError::entry(
                 format!("{kind}: {name}"),
-                "no equation uses it; remove it, or correct its name in the equation",
+                "no equation uses this name; remove it, or correct the name in the equation",
             ));
         }
     }
@@ -345,8 +345,7 @@ fn bounded(entry: &str, name: String, of: &Parameter) -> Result<Unknown, Equatio
         (None, Some(min), Some(max)) => 0.5 * (min + max),
         _ => {
             return refuse(
-                "give a start (start: VALUE, or min and max), or a known value (fixed: \
-                VALUE)"
+                "give a start value (start: VALUE, or min and max), or a known value (fixed: VALUE)"
                     .to_owned(),
             );
         }

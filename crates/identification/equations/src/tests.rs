@@ -181,9 +181,13 @@ fn what_is_no_model_is_refused_with_entry_and_remedy() {
         (
             "-a*x + b*u",
             "-a*x + u",
-            "parameters: b: no equation uses it",
+            "parameters: b: no equation uses this name",
         ),
-        ("-a*x + b*u", "-a*x + b", "inputs: u: no equation uses it"),
+        (
+            "-a*x + b*u",
+            "-a*x + b",
+            "inputs: u: no equation uses this name",
+        ),
         (
             "start: 0.3",
             "start: 0.001",

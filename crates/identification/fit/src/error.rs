@@ -49,7 +49,7 @@ pub enum FitError {
     #[error("{} needs {}; {} uses {} and {}", option("process"), setting("method", "process"), .0.name(), option("order"), option("delay"))]
     NotProcess(Method),
     /// A coherence with another method.
-    #[error("{} needs {}; {} uses all frequencies", option("coherence"), setting("method", "frf"), .0.name())]
+    #[error("{} needs {}; method {} uses all frequencies", option("coherence"), setting("method", "frf"), .0.name())]
     NotFrequency(Method),
     /// Separate numerators with the frequency method, which has one response for all segments.
     #[error(
@@ -76,7 +76,7 @@ pub enum FitError {
     NumeratorOfFir,
     /// The order is above the maximum for models with poles; only a finite impulse response allows more.
     #[error(
-        "{} may be at most {}, except with {}",
+        "{} may be at most {}, unless you use {}",
         option("order"), .0,
         setting("method", "fir")
     )]
@@ -120,7 +120,7 @@ pub enum FitError {
     #[error(transparent)]
     Equations(#[from] EquationsError),
     /// An option that does not apply to equations.
-    #[error("{} does not apply to {}; leave it out", option(.0), .1)]
+    #[error("{} does not apply to {}; leave the option out", option(.0), .1)]
     NotOf(&'static str, &'static str),
     /// A continuous-time model, which a model file cannot store.
     #[error(
@@ -155,17 +155,17 @@ pub enum FitError {
     },
     /// No time interval of the data has all outputs and inputs.
     #[error(
-        "{}: at no time are all outputs and their earlier inputs known together. See each \
+        "{}: all outputs and their earlier inputs are never known at the same time. See each \
          signal's times with planesman sysid topics; a longer {} joins segments", .0, option("max_gap"))]
     NoStretch(String),
     /// Options of the recursive methods with another method.
     #[error(
-        "{} and {} are for the recursive methods, as {}; {} uses all samples at once",
+        "{} and {} apply only to recursive methods such as {}; {} uses all samples at once",
         option("forgetting"), option("initial_covariance"), setting("method", "recursive_least_squares"), .0.name()
     )]
     NotRecursive(Method),
     /// The window to fit overlaps the window for validation.
-    #[error("{} overlaps {}: validation needs samples that were not fitted",
+    #[error("{} overlaps {}: validation needs samples that were not used for the fit",
         setting("window", format!("{}..{}", window.0, window.1)),
         setting("validation", format!("{}..{}", validation.0, validation.1)))]
     Overlap {
@@ -286,9 +286,7 @@ pub enum RuleError {
     NoValidation(String),
     /// An input in words that cannot be parsed.
     #[error(
-        "neither a signal of the data nor an input in words ({expected} is expected at character \
-         {place}); write VALUE[UNIT] from TIME, as '12V from 0.1s', '0 to 12V at 0.1s' or '5 from \
-         1s, 0 from 4s'"
+        "neither a signal of the data nor an input in words ({expected} is expected at character {place}); write VALUE[UNIT] from TIME, for example '12V from 0.1s', '0 to 12V at 0.1s' or '5 from 1s, 0 from 4s'"
     )]
     NotAnInput {
         /// The character, from 1.

@@ -649,7 +649,7 @@ mod tests {
             ),
             (
                 &|it| it.recursion.forgetting = Some(0.9),
-                "for the recursive methods",
+                "only to recursive methods",
             ),
             (
                 &|it| it.signals.grid.window = vec![(6.0, 5.0)],

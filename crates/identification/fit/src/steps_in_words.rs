@@ -147,10 +147,7 @@ impl<'a> Words<'a> {
                     Some((_, last)) => {
                         return Err(self.refusal(
                             place,
-                            &format!(
-                                "{last}, the value of the input until \
-                                then"
-                            ),
+                            &format!("{last}, the value of the input before this step"),
                         ));
                     }
                 }
@@ -162,16 +159,16 @@ impl<'a> Words<'a> {
             place = self.rest;
             let time = self.time()?;
             if found.steps.last().is_some_and(|(last, _)| *last >= time) {
-                return Err(self.refusal(place, "a later time than the one before"));
+                return Err(self.refusal(place, "a time later than the previous one"));
             }
             found.steps.push((time, value));
             match self.rest.strip_prefix(',') {
                 _ if found.steps.len() > MOST_STEPS => {
-                    return Err(self.refusal(place, &format!("no more than {MOST_STEPS} steps")));
+                    return Err(self.refusal(place, &format!("at most {MOST_STEPS} steps")));
                 }
                 Some(rest) => self.rest = rest.trim_start(),
                 None if self.rest.is_empty() => return Ok(found),
-                None => return Err(self.refusal(self.rest, "a comma or the end")),
+                None => return Err(self.refusal(self.rest, "a comma or the end of the text")),
             }
         }
     }
@@ -247,8 +244,9 @@ impl<'a> Words<'a> {
             rest => {
                 self.rest = rest;
                 let unit = self.unit();
-                TimeUnit::named(unit)
-                    .ok_or_else(|| self.refusal(place, "a unit of time, as s, ms, min or h"))?
+                TimeUnit::named(unit).ok_or_else(|| {
+                    self.refusal(place, "a unit of time (for example s, ms, min or h)")
+                })?
             }
         };
         let nanoseconds = unit.in_nanoseconds(value);

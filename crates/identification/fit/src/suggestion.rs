@@ -243,8 +243,8 @@ pub(crate) fn suggestion<'s>(
             .refusal
             .map_or_else(String::new, |it| format!(" ({it})"));
         return Err(format!(
-            "no command is proposed: of the signals that names suggest, no input alone moves an output so that a quick fit finds a usable model{nearest}. \
-             Choose signals, several inputs, or a {} of an experiment",
+            "no command is proposed: none of the signals with likely names, as the only input, moves an output so that a quick fit finds a usable model{nearest}. \
+             Choose the signals yourself, use several inputs, or choose a {} with an experiment",
             option("window")
         ));
     };

@@ -266,7 +266,7 @@ enum Unreadable {
     #[error("{0}")]
     Schema(String),
     /// They bear no signals.
-    #[error("{0}: its fields are not listed")]
+    #[error("{0}: the fields of this topic are not listed")]
     NoSignals(&'static str),
     /// The schema has no such fields.
     #[error(transparent)]
@@ -274,7 +274,7 @@ enum Unreadable {
     /// A message does not fit its schema.
     #[error(transparent)]
     Message(#[from] DecodeError),
-    #[error("its stamp is out of range")]
+    #[error("the stamp is out of range")]
     Stamp,
 }
 

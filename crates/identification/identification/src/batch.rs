@@ -209,7 +209,10 @@ mod tests {
         let refusal = least_squares(&[(vec![1.0, 0.0], 1.0)])
             .unwrap_err()
             .to_string();
-        assert!(refusal.contains("1 rows cannot determine 2"), "{refusal}");
+        assert!(
+            refusal.contains("1 rows of the regression cannot determine 2"),
+            "{refusal}"
+        );
         let rows: Vec<_> = (0..5)
             .map(|k| (vec![f64::from(k), 2.0 * f64::from(k)], f64::from(k)))
             .collect();

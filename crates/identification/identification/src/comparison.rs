@@ -70,7 +70,7 @@ pub struct Judgement {
 pub(crate) fn check_sample_time(sample_time: f64, record: &Record) -> Result<()> {
     if (sample_time / record.sample_time - 1.0).abs() > SAME_TIME {
         return Err(IdentificationError::Model(format!(
-            "the model is for a sampling interval of {} s, the data has {} s",
+            "the model has a sampling interval of {} s, but the data has {} s",
             sample_time, record.sample_time
         )));
     }
@@ -175,8 +175,7 @@ impl GivenModel {
         let square = self.covariance.iter().all(|row| row.len() == count);
         if !proper || self.covariance.len() != count || !square {
             return Err(IdentificationError::Model(
-                "the model needs a denominator that begins with 1, as many numerator coefficients \
-                 as poles or one more, and a covariance of both"
+                "the model must have a denominator that begins with 1, as many numerator coefficients as poles or one more, and a covariance of all these coefficients"
                     .to_owned(),
             ));
         }

@@ -56,12 +56,12 @@ pub fn continuous(model: &Model) -> Result<Continuous> {
     for (i, p) in poles.iter().enumerate() {
         if p.im == 0.0 && p.re <= 0.0 {
             return refuse(format!(
-                "the pole {:.4} in z does not belong to a continuous system",
+                "no continuous-time system has a sampled pole at z = {:.4}",
                 p.re
             ));
         }
         if poles[..i].iter().any(|q| (p - q).modulus() < APART) {
-            return refuse(format!("two poles coincide at {:.4} in z", p.re));
+            return refuse(format!("two poles coincide at z = {:.4}", p.re));
         }
         let s = discrete_to_continuous(*p, dt)
             .ok_or_else(|| IdentificationError::Model("a pole without a logarithm".to_owned()))?;
@@ -146,7 +146,8 @@ pub fn pitch_equation(estimate: &Estimate) -> Result<Physical> {
         found.iter().all(|v| v.is_finite()).then_some(found)
     };
     let theta = [0, 1, 2].map(|i| estimate.theta[i]);
-    let none = || IdentificationError::Model("a pole has no continuous counterpart".to_owned());
+    let none =
+        || IdentificationError::Model("a pole has no equivalent in continuous time".to_owned());
     let parameters = unknowns(theta).ok_or_else(none)?;
     let mut slopes = Matrix3::zeros();
     for column in 0..3 {

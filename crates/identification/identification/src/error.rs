@@ -13,7 +13,7 @@ pub enum IdentificationError {
     #[error("{0}")]
     Record(String),
     /// There are fewer rows than parameters.
-    #[error("{rows} rows cannot determine {parameters} parameters")]
+    #[error("{rows} rows of the regression cannot determine {parameters} parameters")]
     TooFewRows {
         /// Rows of the regression.
         rows: usize,
@@ -21,7 +21,7 @@ pub enum IdentificationError {
         parameters: usize,
     },
     /// The rows are linearly dependent.
-    #[error("the record determines {rank} of {parameters} parameters")]
+    #[error("the record determines only {rank} of {parameters} parameters")]
     Rank {
         /// The number of parameter directions that the rows determine.
         rank: usize,

@@ -308,7 +308,7 @@ impl Config {
         if input == output {
             return Err(refused(
                 "output",
-                format!("{output} refused: it is the input as well"),
+                format!("{output} refused: this signal is also the input"),
             ));
         }
         let break_on = match p.break_on.as_str() {
@@ -318,8 +318,7 @@ impl Config {
         if p.resample && p.answer {
             return Err(refused(
                 "resample",
-                "true refused: a member of lockstep (answer) must learn each tick without \
-                 resampling"
+                "true refused: a member of lockstep (answer) must use every tick, without resampling"
                     .to_owned(),
             ));
         }

@@ -79,7 +79,7 @@ pub enum Refusal {
     Speed,
     /// The speed is needed but missing.
     #[error(
-        "the file lacks the speed of the vehicle: add 'speed', in m/s, or set it in the fit by {}",
+        "the file lacks the speed of the vehicle: add 'speed', in m/s, or set it when you fit: {}",
         option("speed")
     )]
     NoSpeed,
@@ -88,8 +88,7 @@ pub enum Refusal {
     Denominator,
     /// The numbers of coefficients do not match.
     #[error(
-        "num has {num} coefficients and den {den}: den must have as many or one more, and at most \
-         {}",
+        "num has {num} coefficients and den has {den}: den must have as many as num or one more, and at most {}",
         LARGEST_ORDER + 1
     )]
     Orders {
@@ -99,18 +98,21 @@ pub enum Refusal {
         den: usize,
     },
     /// The covariance has the wrong size; the right one.
-    #[error("covariance must have {0} rows of {0}: one for each of den after the 1, and of num")]
+    #[error(
+        "covariance must have {0} rows of {0} numbers: one row for each coefficient of den after the 1, and for each of num"
+    )]
     Covariance(usize),
     /// A channel has an input that the file does not list.
     #[error("a channel has the input '{0}', which is missing in inputs")]
     Input(String),
     /// The matrices of the state space have inconsistent sizes.
-    #[error("state_space: a must be n by n, b n by inputs, c outputs by n, d outputs by inputs")]
+    #[error(
+        "state_space: with n states, the size must be n by n for a, n by inputs for b, outputs by n for c, outputs by inputs for d"
+    )]
     StateSpace,
     /// The file has a static curve, but a linear model is needed.
     #[error(
-        "the model has a static curve, but a linear model is needed: identify one, {}, about one \
-         level of the input",
+        "the model has a static curve, but a linear model is needed: identify one near one level of the input, {}",
         setting("curve", "none")
     )]
     Curve,
@@ -121,7 +123,9 @@ pub enum Refusal {
     #[error("the model has several inputs or outputs; only sysid compare can use it")]
     Several,
     /// The covariance of a process model has the wrong size; the right one.
-    #[error("process.covariance must have {0} rows of {0}: one for each of process.parameters")]
+    #[error(
+        "process.covariance must have {0} rows of {0} numbers: one row for each of process.parameters"
+    )]
     ProcessCovariance(usize),
     /// The continuous transfer function is improper.
     #[error("continuous.num must not be longer than continuous.den")]

@@ -22,7 +22,9 @@ pub enum RecordError {
         signals: usize,
     },
     /// A signal is longer or shorter than the first output.
-    #[error("segment {segment}: {signal} has {samples} samples, the first output {expected}")]
+    #[error(
+        "segment {segment}: {signal} has {samples} samples, but the first output has {expected}"
+    )]
     Length {
         /// The segment's number.
         segment: usize,

@@ -74,8 +74,7 @@ impl BagSource {
         let without = wanted.iter().find(|it| !it.has_stamp);
         match (self.clock, without) {
             (Some(Clock::Header), Some(wanted)) => Err(SourceError::Request(format!(
-                "{}: messages of type {} have no stamp; use {} for the recorder's time on all \
-                 signals",
+                "{}: messages of type {} have no stamp; with {} all signals use the recorder's time",
                 wanted.topic,
                 wanted.type_name,
                 setting("stamp", "log")
@@ -208,7 +207,7 @@ impl Source for BagSource {
                 .push(format!("{reason}, so the recorder's time is used for all")),
             (Some(reason), None) if clock == Clock::Header => {
                 return Err(SourceError::Data(format!(
-                    "{reason}; {} uses the recorder's time for all",
+                    "{reason}; with {} all signals use the recorder's time",
                     setting("stamp", "log")
                 )));
             }
@@ -295,8 +294,7 @@ impl RequestedSignal {
                 None => path.with(Step::Index(0)),
             };
             return Err(SourceError::Request(format!(
-                "{signal}: the field is a list of {}numbers, one for each '{names}' ({}); name \
-                 one by its name or index, as {}:{example}",
+                "{signal}: the field is a list of {}numbers, one for each '{names}' ({}); choose one number by name or index: {}:{example}",
                 count.map_or_else(String::new, |count| format!("{count} ")),
                 sorted(known.iter().map(String::as_str)),
                 signal.topic()

@@ -23,7 +23,7 @@ pub fn types(bag: &BagReader, topic: &Topic) -> Result<Types> {
     }
     if kind.message_encoding != "cdr" {
         return refuse(format!(
-            "messages are encoded as '{}'; cdr and json are read; {}",
+            "messages have the encoding '{}', but only cdr and json can be read; {}",
             kind.message_encoding.escape_default(),
             remedy(bag, topic)
         ));
@@ -66,8 +66,7 @@ pub fn types(bag: &BagReader, topic: &Topic) -> Result<Types> {
     };
     refuse(match are_there {
         true => format!(
-            "{none}, and its messages do not match the {type_name} known here: they are of \
-             another version; {RECIPE}"
+            "{none}, and its messages do not match the {type_name} in this program: they have another version; {RECIPE}"
         ),
         false => format!("{none}, and it is not a standard type; {RECIPE}"),
     })

@@ -297,9 +297,7 @@ impl CsvSource {
         match self.time {
             Time::Unknown => {
                 return Err(SourceError::Request(format!(
-                    "{path}: no column is the time: none has the name {}, and the first does not \
-                     rise from row to row; give the column with {} ({} or DATE+TIME if it is in \
-                     two), or the interval between rows with {}, as in {}",
+                    "{path}: no column is the time: no column has the name {}, and the first column does not increase from row to row; give the column with {} ({} or DATE+TIME if date and time have two columns), or the interval between rows with {}, for example {}",
                     time_unit::NAMES[..4].join(", "),
                     setting("time", "COLUMN"),
                     setting("time", "SECONDS+NANOSECONDS"),
@@ -309,8 +307,7 @@ impl CsvSource {
             }
             Time::Counted => {
                 return Err(SourceError::Request(format!(
-                    "{path}: no column is the time: '{}', the first, counts the rows; give the \
-                     interval between them with {}, as in {}, or the time's column with {}",
+                    "{path}: no column is the time: '{}', the first column, counts the rows; give the interval between rows with {}, for example {}, or the column of the time with {}",
                     columns[0],
                     option("sample_time"),
                     setting("sample_time", "0.1s"),
@@ -319,8 +316,7 @@ impl CsvSource {
             }
             Time::Rising if signals.iter().any(|it| it.1 == 0) => {
                 return Err(SourceError::Request(format!(
-                    "{path}: '{}' is assumed to be the time, since it is first and rises from row \
-                     to row; if it is a signal, give the time's column with {} or {}",
+                    "{path}: '{}' is assumed to be the time, because it is the first column and increases from row to row; if it is a signal, give the column of the time with {} or {}",
                     columns[0],
                     setting("time", "COLUMN"),
                     option("sample_time")
@@ -632,8 +628,7 @@ impl Rows<'_> {
         let columns = &self.table.form.columns;
         if let Some(line) = self.others {
             return Err(SourceError::Data(format!(
-                "{path}: the names occur again in line {line}, in another order: another table \
-                 begins there; split the file in two"
+                "{path}: the names occur again in line {line}, in another order: a second table begins there; split the file in two"
             )));
         }
         let timeless = self.timeless.empty + self.timeless.others;
@@ -649,7 +644,7 @@ impl Rows<'_> {
             );
             if timeless == self.count {
                 return Err(SourceError::Data(format!(
-                    "{note}; a time is read as a number ({}), {FORMS}",
+                    "{note}; a time can be a number ({}), {FORMS}",
                     option("time_unit")
                 )));
             }
@@ -671,8 +666,7 @@ impl Rows<'_> {
                     unit => format!("the unit '{}'", shown(unit)),
                 };
                 return Err(SourceError::Data(format!(
-                    "{path}: cells of '{}' have several units: the first has {}, that in line \
-                     {line} has {}; use one unit",
+                    "{path}: cells of '{}' have several units: the first cell has {}, the cell in line {line} has {}; use one unit",
                     self.table.name_of(*column),
                     named(first),
                     named(unit)

@@ -70,8 +70,7 @@ impl JoinedTables {
                     false => (file(first), file(second)),
                 };
                 return Err(SourceError::Request(format!(
-                    "'{name}' is a column of {first} and of {second}; write {first}:{name} or \
-                     {second}:{name}"
+                    "both {first} and {second} have a column '{name}'; write {first}:{name} or {second}:{name}"
                 )));
             }
             [] => {}
@@ -89,7 +88,7 @@ impl JoinedTables {
         let columns = || self.tables.iter().flat_map(CsvSource::signals);
         let listed: Vec<&str> = columns().take(LISTED).collect();
         Err(SourceError::Request(format!(
-            "no table has a column '{name}'; they have {}{}",
+            "no table has a column '{name}'; the columns are {}{}",
             listed.join(", "),
             did_you_mean(name, columns())
         )))

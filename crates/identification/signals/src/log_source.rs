@@ -63,7 +63,7 @@ static KINDS: [LogKind; 4] = [
         writer: "MAVLink",
         endings: &["tlog"],
         name: "MAVLink",
-        stamps: "of the reception of the messages",
+        stamps: "of the times at which messages were received",
         open: |file| Ok(Ok(boxed(Telemetry::of(file)))),
     },
     LogKind {
@@ -231,7 +231,9 @@ impl LogSource {
                 .filter(|it| *it != topic && self.topics.contains_key(*it));
             return Err(SourceError::Request(match (&of_it[..], bare) {
                 ([], Some(bare)) => {
-                    format!("{name}: the log has only one '{bare}'; write {bare}:{field}")
+                    format!(
+                        "{name}: the log has only one instance of '{bare}'; write {bare}:{field}"
+                    )
                 }
                 ([], None) => format!(
                     "{name}: the log has no such topic; it has {}{}{}",

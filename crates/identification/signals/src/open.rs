@@ -223,7 +223,7 @@ pub fn open(data: &Data) -> Result<Box<dyn Source>> {
         ([path], Some(kind)) => {
             if data.stamp.is_some() || data.time != TableTime::default() {
                 return Err(SourceError::Request(format!(
-                    "a log has its own stamps: {}, {}, {} and {} do not apply",
+                    "a log contains its own stamps, so {}, {}, {} and {} do not apply",
                     option("stamp"),
                     option("time"),
                     option("time_unit"),

@@ -182,8 +182,7 @@ impl Senders {
                 )))
             }
             None if !several.is_empty() => Err(SourceError::Request(format!(
-                "{signal}: the messages alternate between publishers {} times, by their channels \
-                     or numbers, so the signal mixes several things; choose one: {listed}",
+                "{signal}: the messages come from different publishers in turn ({} changes, by their channels or numbers), so the signal mixes several sources; choose one: {listed}",
                 self.returns
             ))),
             _ => Ok(()),

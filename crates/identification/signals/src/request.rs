@@ -63,7 +63,7 @@ pub(crate) fn distinct<T: PartialEq>(requests: &[Request], found: &[T]) -> Resul
             |(it, found): (&Request, &T)| it.role == Role::Output && found == of_input;
         if all().any(is_the_same) {
             return Err(SourceError::Request(format!(
-                "'{}' is the input and the output; name two signals",
+                "'{}' is named both as input and as output; name two different signals",
                 input.name
             )));
         }

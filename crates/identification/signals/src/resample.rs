@@ -58,8 +58,7 @@ pub enum GridError {
     NoWindow,
     /// The record would be too long.
     #[error(
-        "with an interval of {interval} s the record would have more than {MAX_NUMBERS} numbers; a \
-         lower {} or a {} makes it shorter",
+        "with an interval of {interval} s the record would have more than {MAX_NUMBERS} numbers; use a lower {} or a {} to make it shorter",
         option("rate"),
         option("window")
     )]
@@ -68,7 +67,7 @@ pub enum GridError {
         interval: f64,
     },
     /// A signal has no sample.
-    #[error("{signal}: there is no sample of it{reasons}")]
+    #[error("{signal}: the signal has no sample{reasons}")]
     NoSample {
         /// The signal.
         signal: String,
@@ -76,7 +75,7 @@ pub enum GridError {
         reasons: String,
     },
     /// The signals have no common time.
-    #[error("at no time{within} are all signals known: {spans}")]
+    #[error("there is no time{within} at which all signals are known: {spans}")]
     NoCommonInstant {
         /// The window, if there is one.
         within: String,

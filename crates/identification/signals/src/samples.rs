@@ -73,7 +73,7 @@ pub fn read_samples(
         }
         if of.stretches.is_empty() {
             return Err(SourceError::Data(format!(
-                "{}: there is no sample of it",
+                "{}: the signal has no sample",
                 request.name
             )));
         }

@@ -31,7 +31,7 @@ pub enum SignalError {
         rule: String,
     },
     /// A message has no number there, for example if a list is empty.
-    #[error("signal '{0}': the message has no number there")]
+    #[error("signal '{0}': the message has no number in this field")]
     Absent(String),
     /// A number is NaN or infinite.
     #[error("signal '{0}': the number is not finite")]

@@ -383,7 +383,7 @@ fn what_gives_no_record_is_refused_with_the_reason() {
     let refusal = resampled(&[], &y, Options::default())
         .unwrap_err()
         .to_string();
-    assert!(refusal.contains("u: there is no sample"), "{refusal}");
+    assert!(refusal.contains("u: the signal has no sample"), "{refusal}");
     // A record that would not fit stops growing, whatever the stamps.
     let ends = [(0.0, 1.0), (1e9, 1.0)];
     let options = Options {

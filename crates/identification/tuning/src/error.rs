@@ -12,13 +12,12 @@ pub(crate) type Result<T, E = TuneError> = std::result::Result<T, E>;
 pub enum TuneError {
     /// The verdict says that the model is not reliable.
     #[error(
-        "the model's verdict is '{}': gains for such a model are a guess. Identify it again, or \
-         use it anyway: {}",
+        "the model's verdict is '{}': its gains would be a guess. Identify a better model, or use this one anyway: {}",
         .0.words(), option("anyway")
     )]
     Verdict(Verdict),
     /// A judgement that no fit of this version writes.
-    #[error("the model file's judgement '{standing}', '{code}' is not known")]
+    #[error("this program does not know the model file's judgement '{standing}', '{code}'")]
     Judgement {
         /// The standing in the file.
         standing: String,
@@ -27,14 +26,13 @@ pub enum TuneError {
     },
     /// A model without a covariance that is not exactly known.
     #[error(
-        "the model file has no covariance, so the uncertainty of the plant is unknown. Identify \
-         it by planesman sysid fit, or treat the model as exact: {}",
+        "the model file has no covariance, so the uncertainty of the plant is unknown. Use a model of planesman sysid fit, or treat this one as exact: {}",
         option("anyway")
     )]
     NoCovariance,
     /// The 95 % interval of the gain contains 0.
     #[error(
-        "the {what} is {interval}: its sign is not determined, and gains of the wrong sign are unstable. Record steps of the input that move the \
+        "the {what} is {interval}: its sign is uncertain, and gains of the wrong sign make the loop unstable. Record steps of the input that move the \
          output well beyond its noise"
     )]
     Sign {
@@ -45,14 +43,12 @@ pub enum TuneError {
     },
     /// The model has direct feedthrough.
     #[error(
-        "the input acts on the output of the same sample, but a controller reads the output \
-         first: give the time from the sample to its command, {}", setting("computing_delay", format_args!("{}s", .0))
+        "the input acts on the output of the same sample, but a controller must read the output first: give the delay from the sample to its command, {}", setting("computing_delay", format_args!("{}s", .0))
     )]
     Feedthrough(f64),
     /// Another tick than the model's, but no continuous counterpart.
     #[error(
-        "the model has no continuous counterpart ({source}): use its own sample time, {}, and \
-         whole samples of {}",
+        "the model has no equivalent in continuous time ({source}): use its own sample time, {}, and whole samples of {}",
         setting("period", sample_time),
         option("computing_delay")
     )]
@@ -64,9 +60,8 @@ pub enum TuneError {
     },
     /// An unstable pole with a dead time that no controller can handle.
     #[error(
-        "the plant has an unstable pole of time constant {time_constant:.4} s with {delay:.4} s \
-         of dead time: no controller has a sensitivity peak below {least:.2}, but {} is {limit}. \
-         Shorten the dead time ({}, {}, the actuator), or allow more: {}",
+        "the plant has an unstable pole of time constant {time_constant:.4} s and {delay:.4} s of dead time: no controller has a sensitivity peak below {least:.2}, but the limit {} is {limit}. \
+         Shorten the dead time ({}, {}, the actuator), or allow a higher peak: {}",
         option("ms"), option("period"), option("computing_delay"), setting("ms", format!("{allowed:.1}"))
     )]
     TooLate {

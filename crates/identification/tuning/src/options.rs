@@ -123,7 +123,7 @@ impl TuneOptions {
         if self.closed_loop_time.is_some() && !paced {
             return Err(TuneError::Option {
                 option: "closed-loop-time",
-                methods: "simc, lambda and placement",
+                methods: "simc, lambda or placement",
             });
         }
         let bound = [
@@ -135,7 +135,7 @@ impl TuneOptions {
         if let (Some((option, _)), false) = (bound, searches && self.crossover.is_none()) {
             return Err(TuneError::Option {
                 option,
-                methods: "margins (without a crossover) and optimise",
+                methods: "margins (without a crossover) or optimise",
             });
         }
         if self.crossover.is_some() && method != Method::Margins {

@@ -81,7 +81,9 @@ pub fn half_rule(of: &Dynamics, order: Order, hold: f64) -> Result<Reduced, Unfi
     let (mut leads, mut inverse) = (Vec::new(), 0.0);
     for zero in &of.zeros {
         match (zero.re, zero.im) {
-            (0.0, 0.0) => return Err("a zero at s = 0: no steady effect of its input".to_owned()),
+            (0.0, 0.0) => {
+                return Err("a zero at s = 0, so its input has no steady effect".to_owned());
+            }
             (re, 0.0) if re < 0.0 => leads.push(-1.0 / re),
             // To the right they are dead time, a pair as the sum of its time constants.
             (re, _) if re > 0.0 => inverse += re / zero.norm_sqr(),

@@ -249,7 +249,7 @@ fn what_cannot_be_tuned_is_refused_with_what_to_do() {
     );
     let refusal = refused(&vague);
     assert!(
-        refusal.contains("sign is not determined") && refusal.contains("2.0 ± 2.9"),
+        refusal.contains("sign is uncertain") && refusal.contains("2.0 ± 2.9"),
         "{refusal}"
     );
     let direct = ModelFile::exact("u", "y", 0.1, vec![0.1, 0.0], vec![1.0, -0.9]);

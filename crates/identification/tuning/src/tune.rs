@@ -199,7 +199,7 @@ impl Task<'_> {
         match is_same && reduced.integrators() == integrators {
             true => Ok(reduced),
             false => Err(format!(
-                "a gain of {gain:.4}, and its reduction one of {:.4}",
+                "a steady-state gain of {gain:.4}, while its reduction has {:.4}",
                 reduced.gain
             )),
         }
@@ -314,7 +314,7 @@ impl Task<'_> {
                 if reduced.integrators() > 1 {
                     return Err(TuneError::NotFor {
                         method: method.name(),
-                        needs: "one integrator at most",
+                        needs: "at most one integrator",
                         found: format!("{}", reduced.integrators()),
                     });
                 }
@@ -471,7 +471,7 @@ impl Task<'_> {
             ),
             false => refused(
                 format!(
-                    "the controller would have to lag by {:.1} degrees more than it can",
+                    "the controller would need {:.1} degrees more phase lag than it can give",
                     -missing
                 ),
                 "higher",

@@ -8,19 +8,21 @@ pub enum Defect {
     #[error("{0}")]
     Unreadable(String),
     /// The file has no end marker.
-    #[error("it was not closed")]
+    #[error("the file was not closed")]
     NotClosed,
     /// All messages are there, but the index after them is cut off.
-    #[error("its index is cut off, but all messages are there")]
+    #[error("the file's index is cut off, but all messages are there")]
     IndexCut,
     /// The index counts more messages than the file contains.
-    #[error("its index lists {indexed} messages, but the file contains {met}")]
+    #[error("the file's index lists {indexed} messages, but the file contains {met}")]
     Index { indexed: u64, met: u64 },
     /// The file ends within the opcode or length of a record.
-    #[error("cut off inside a record's frame")]
+    #[error("the file is cut off inside the frame of a record")]
     FrameCut,
     /// The file ends within a record.
-    #[error("cut off inside a record (opcode {opcode:#04x}): {there} of {length} bytes")]
+    #[error(
+        "the file is cut off inside a record (opcode {opcode:#04x}): {there} of {length} bytes are there"
+    )]
     RecordCut { opcode: u8, there: u64, length: u64 },
     /// A record larger than the [limit](crate::Limits).
     #[error("a record (opcode {opcode:#04x}) claims {length} bytes; the limit is {limit}")]
@@ -35,7 +37,7 @@ pub enum Defect {
     #[error("the time {0} ns is too large for ROS")]
     Time(u64),
     /// The file ends within a chunk's compressed bytes.
-    #[error("a chunk claims {length} bytes, but {there} are there")]
+    #[error("a chunk claims {length} bytes, but only {there} are there")]
     ChunkCut { length: u64, there: usize },
     /// A chunk larger than the [limit](crate::Limits).
     #[error("a chunk claims {length} bytes unpacked; the limit is {limit}")]
@@ -44,7 +46,7 @@ pub enum Defect {
     #[error("its unpacked size exceeds the limit of {0} bytes")]
     Unpacked(u64),
     /// Damaged bytes of a chunk, with the decompressor's error.
-    #[error("a chunk of {length} bytes (by its header) cannot be unpacked: {reason}")]
+    #[error("a chunk of {length} bytes (according to its header) cannot be unpacked: {reason}")]
     ChunkPacked { length: u64, reason: String },
     /// An unsupported compression.
     #[error("a chunk has the unsupported compression '{0}'; supported: none, zstd, lz4")]
@@ -62,13 +64,13 @@ pub enum Defect {
     #[error("a message unpacks to more than {0} bytes")]
     MessageLength(u64),
     /// Two different schemas with one number.
-    #[error("schema number {0} is used for two schemas")]
+    #[error("two schemas have the same number {0}")]
     Schema(u16),
     /// Two different channels with one number.
-    #[error("channel number {0} is used for two channels")]
+    #[error("two channels have the same number {0}")]
     Channel(u16),
     /// A channel whose schema is missing.
-    #[error("topic {topic} has the unknown schema {schema}")]
+    #[error("topic {topic} refers to the unknown schema {schema}")]
     UnknownSchema { topic: String, schema: u16 },
     /// A message whose channel is missing.
     #[error("a message belongs to the unknown channel {0}")]

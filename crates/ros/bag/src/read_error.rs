@@ -70,7 +70,7 @@ pub enum ReadError {
     },
     /// Files that are not the parts of one bag.
     #[error(
-        "{path}: these are several bags, not one ({differ}): {files}; name one of them, or all of them as separate experiments"
+        "{path}: these files are several bags ({differ}): {files}; name one of them, or all of them as separate experiments"
     )]
     Several {
         /// The folder, or the first file.
@@ -92,8 +92,7 @@ pub enum ReadError {
     },
     /// Files or messages compressed by rosbag2 in an unsupported way.
     #[error(
-        "{path} is a bag with unsupported compression by {mode} ({format}); supported are MCAP's chunk compression, and messages and files compressed with \
-         zstd; uncompressed files next to the compressed ones are read too"
+        "{path} is a bag with unsupported compression by {mode} ({format}); supported are MCAP's chunk compression, and messages and files compressed with zstd; if uncompressed copies lie next to the compressed files, they are read"
     )]
     Compressed {
         /// Path of the metadata.
@@ -107,7 +106,9 @@ pub enum ReadError {
     #[error(transparent)]
     Metadata(#[from] MetadataError),
     /// A file that was damaged after it was closed.
-    #[error("{path} is damaged at byte {offset}: {reason}; everything before has been read")]
+    #[error(
+        "{path} is damaged at byte {offset}: {reason}; everything before this byte has been read"
+    )]
     Damaged {
         /// The file.
         path: PathBuf,

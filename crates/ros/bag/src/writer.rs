@@ -87,7 +87,7 @@ pub enum WriteError {
         path: PathBuf,
     },
     /// The path has no name at its end.
-    #[error("{path} does not end with a name; the last part of the path is the bag's name")]
+    #[error("{path} does not end with a name; the last part of the path must be the bag's name")]
     NoName {
         /// The requested path.
         path: PathBuf,
@@ -648,7 +648,7 @@ impl Drop for BagWriter {
 }
 
 /// Error text for a file whose path has changed.
-const GONE: &str = "the file was moved or removed meanwhile";
+const GONE: &str = "the file was moved or removed while it was being written";
 
 /// Name of the bag: that of its folder.
 fn bag_name(folder: &Path) -> Option<&str> {

@@ -23,7 +23,7 @@ pub enum DecodeError {
     #[error("the message is not JSON, or longer than 1 MiB")]
     Json,
     /// The message continues after the payload's end.
-    #[error("the message is cut off or not of this type: it ends at byte {at} of {length}")]
+    #[error("the message is cut off or has another type: it ends at byte {at} of {length}")]
     Short {
         /// Position of the read, bytes.
         at: usize,

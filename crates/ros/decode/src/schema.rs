@@ -19,13 +19,13 @@ const LONGEST: usize = 1 << 20;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SchemaError {
     /// A language other than `ros2msg` and `ros2idl`.
-    #[error("its schema language '{0}' is not supported; supported: ros2msg, ros2idl")]
+    #[error("the schema language '{0}' is not supported; supported: ros2msg, ros2idl")]
     Encoding(String),
     /// A text larger than the limit.
-    #[error("its schema has {0} bytes; the limit is {LONGEST}")]
+    #[error("the schema has {0} bytes; the limit is {LONGEST}")]
     TooLong(usize),
     /// A message that should be a JSON object and is not.
-    #[error("its messages are not JSON objects")]
+    #[error("the topic's messages are not JSON objects")]
     NotJson,
     /// A text that violates a rule.
     #[error(transparent)]

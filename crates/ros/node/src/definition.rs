@@ -54,7 +54,7 @@ pub enum DefinitionError {
     Unknown,
     /// No installed package contains the file.
     #[error(
-        "no {0} in the folders of AMENT_PREFIX_PATH; source the workspace of this package first"
+        "the folders of AMENT_PREFIX_PATH do not contain {0}; source the workspace of this package first"
     )]
     NotInstalled(String),
     /// The publisher's type has a different hash.
@@ -78,7 +78,7 @@ pub enum DefinitionError {
     #[error(transparent)]
     NoAnswer(#[from] crate::Error),
     /// The type is unknown here, and no publisher's node serves `~/get_type_description`.
-    #[error("{0}, and no publisher's node describes the type")]
+    #[error("{0}, and no node that publishes the topic can describe the type")]
     Undescribed(Box<Self>),
 }
 

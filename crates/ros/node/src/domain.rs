@@ -49,7 +49,7 @@ impl Domain {
             "OFF" => {
                 return Err(Error::environment(
                     "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF",
-                    "with OFF nodes do not find each other, not even static peers; use LOCALHOST or SUBNET",
+                    "with OFF nodes do not discover each other, not even static peers; use LOCALHOST or SUBNET",
                 ));
             }
             other => {

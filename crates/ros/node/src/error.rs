@@ -49,7 +49,7 @@ pub enum Error {
         reason: io::Error,
     },
     /// The system provides no thread or no file for timers.
-    #[error("the system refuses a thread or a file for timers (see ulimit -u and -n)")]
+    #[error("the system does not allow another thread or file for timers (see ulimit -u and -n)")]
     Timers,
     /// The machine's time cannot be represented in DDS timestamps.
     #[error("this machine's clock is {0}: set it")]
@@ -93,7 +93,7 @@ pub enum Error {
     #[error("{0}")]
     Failed(String),
     /// A request that contains a number that is not finite.
-    #[error("{service}: not {done}, because {field} is not finite")]
+    #[error("{service}: request not {done}, because {field} is not finite")]
     NotFinite {
         /// The service or action.
         service: String,

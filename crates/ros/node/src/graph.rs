@@ -67,7 +67,7 @@ impl Graph {
     pub(crate) fn tell(&self) {
         let info = self.context.participant_entities_info();
         if let Err(error) = self.writer.publish(info) {
-            log::warn!("tools may not list this node: {error}");
+            log::warn!("ROS 2 tools may not list this node: {error}");
         }
     }
 

@@ -101,7 +101,10 @@ async fn forward_samples(
                     waiting.push_back((delivery, info));
                     continue;
                 }
-                _ => Err("refused, because another node published here first".to_owned()),
+                _ => Err(
+                    "refused, because another node was the first publisher of this topic"
+                        .to_owned(),
+                ),
             },
         };
         match judged {

@@ -102,14 +102,17 @@ impl Declaration {
                 };
                 let unit = behind(" ", self.unit);
                 let sign = behind(", positive ", self.positive);
-                return refuse(format!("it must lie in [{low}, {high}]{unit}{sign}"));
+                return refuse(format!("the value must lie in [{low}, {high}]{unit}{sign}"));
             }
         }
         if let Value::String(text) = &value
             && !self.choices.is_empty()
             && !self.choices.contains(&text.as_str())
         {
-            return refuse(format!("it must be one of {}", self.choices.join(", ")));
+            return refuse(format!(
+                "the value must be one of {}",
+                self.choices.join(", ")
+            ));
         }
         Ok(value)
     }

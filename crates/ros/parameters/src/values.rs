@@ -135,9 +135,9 @@ impl Values {
         };
         let value = self
             .get(name)
-            .ok_or_else(|| refuse("it is not declared".to_owned()))?;
+            .ok_or_else(|| refuse("the parameter is not declared".to_owned()))?;
         T::from_value(value)
-            .ok_or_else(|| refuse(format!("{value} refused: another type is declared")))
+            .ok_or_else(|| refuse(format!("{value} refused: the parameter has another type")))
     }
 }
 

@@ -41,7 +41,7 @@ pub enum Rule {
     )]
     BadName(String),
     /// A type that is neither primitive nor a message name.
-    #[error("`{0}` is not a type; a primitive type, `Type` or `package/Type` is expected")]
+    #[error("`{0}` is not a type; expected: a primitive type, `Type` or `package/Type`")]
     BadType(String),
     /// An array or string bound that is not a positive 32-bit number.
     #[error("`{0}` is not a bound; a whole number from 1 to 4294967295 is expected")]

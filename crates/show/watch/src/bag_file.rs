@@ -55,7 +55,12 @@ impl Disks {
             })
             .await?
         };
-        let late = |_| io::Error::new(io::ErrorKind::TimedOut, "its disk does not answer");
+        let late = |_| {
+            io::Error::new(
+                io::ErrorKind::TimedOut,
+                "the disk with the file does not answer",
+            )
+        };
         timeout(DISK_TIMEOUT, working).await.map_err(late)?
     }
 
@@ -120,6 +125,6 @@ fn opened(path: &str) -> io::Result<(File, u64)> {
     match file.read_exact(&mut magic) {
         Ok(()) if magic == MAGIC => Ok((file, metadata.len())),
         Err(error) if error.kind() != io::ErrorKind::UnexpectedEof => Err(error),
-        _ => refuse("it is not a bag"),
+        _ => refuse("the file is not a bag"),
     }
 }

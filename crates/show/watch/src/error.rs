@@ -39,7 +39,7 @@ pub enum Error {
     #[error("the channel's name is too long: at most {0} bytes are allowed")]
     ChannelName(usize),
     /// The limit of channels is reached.
-    #[error("the limit of {0} channels is reached")]
+    #[error("at most {0} channels are allowed")]
     Channels(usize),
     /// A topic that was refused before, with the reason.
     #[error("{0}")]

@@ -145,7 +145,7 @@ impl Server {
                 Ok(())
             });
             if let Err(error) = served {
-                log::error!("the page is not served: {error}");
+                log::error!("the page cannot be served: {error}");
             }
         };
         std::thread::Builder::new()

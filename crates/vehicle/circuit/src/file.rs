@@ -249,8 +249,7 @@ fn within_the_cylinder(circuit: &Circuit) -> Result<(), Broken> {
         return refused_there(
             "load.elastic_stop.stiffness",
             format!(
-                "the levels would press the ram {deepest:.3} m into the stop, to the end of its \
-                 chamber"
+                "at these pressure levels the ram would move {deepest:.3} m into the stop, to the end of its chamber"
             ),
         );
     }
@@ -282,7 +281,7 @@ fn swings_slowly(circuit: &Circuit) -> Result<(), Broken> {
     if load.viscous > 0.0 && load.mass / load.viscous < SHORTEST_TIME {
         return refused_there(
             "load.viscous",
-            format!("mass over damping must be at least {SHORTEST_TIME} s"),
+            format!("mass divided by damping must be at least {SHORTEST_TIME} s"),
         );
     }
     Ok(())
@@ -299,8 +298,7 @@ fn fills_slowly(circuit: &Circuit) -> Result<(), Broken> {
                 &format!("edges.{}", circuit.edge_name(place)),
                 format!("{k} m^3/s/sqrt(Pa)"),
                 format!(
-                    "its valves would fill the chamber at the end of its travel within {time:.1e} \
-                     s; at least {SHORTEST_TIME} s are allowed"
+                    "its valves would fill the chamber within {time:.1e} s when the ram is at the end of its travel; at least {SHORTEST_TIME} s are required"
                 ),
             );
         }
@@ -312,8 +310,7 @@ fn fills_slowly(circuit: &Circuit) -> Result<(), Broken> {
             return refused_there(
                 "seal_leakage",
                 format!(
-                    "the leakage would fill the chamber at the end of its travel within \
-                     {time:.1e} s; at least {SHORTEST_TIME} s are allowed"
+                    "the leakage would fill the chamber within {time:.1e} s when the ram is at the end of its travel; at least {SHORTEST_TIME} s are required"
                 ),
             );
         }
@@ -338,7 +335,7 @@ fn moves_slowly(circuit: &Circuit) -> Result<(), Broken> {
         return refused(
             "load.elastic_stop.damping",
             stop.damping,
-            format!("times the largest speed, {speed:.3} m/s, this must be at most 10"),
+            format!("the product with the largest speed, {speed:.3} m/s, must be at most 10"),
         );
     }
     let longest = circuit.valves.opening.max(circuit.valves.closing) + circuit.valves.scatter;
@@ -346,7 +343,9 @@ fn moves_slowly(circuit: &Circuit) -> Result<(), Broken> {
     if longest > 100.0 * period {
         return refused_there(
             "control.period",
-            format!("the valves' delay, {longest} s with scatter, must be at most 100 periods"),
+            format!(
+                "the valves' delay, {longest} s including scatter, must be at most 100 periods"
+            ),
         );
     }
     Ok(())
@@ -377,7 +376,7 @@ fn add_lines(
             return refused_there(
                 &format!("lines.{name}.length"),
                 format!(
-                    "a wave would take {:.2e} s from end to end; {least} to {most} s are allowed",
+                    "a pressure wave would take {:.2e} s from end to end of the line; {least} to {most} s are allowed",
                     line.delay
                 ),
             );

@@ -41,7 +41,7 @@ pub enum LoadCycleError {
     #[error("point {0} of the load cycle has a number that is not finite")]
     NotFinite(usize),
     /// Time does not increase.
-    #[error("point {0} of the load cycle is not later than the one before")]
+    #[error("point {0} of the load cycle is not later than the previous point")]
     Order(usize),
     /// It lasts longer than a day, or less than a millisecond.
     #[error("the load cycle lasts {0} s; 0.001 to 86400 s are allowed")]

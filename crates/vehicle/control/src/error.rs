@@ -20,7 +20,7 @@ pub enum Error {
     #[error("refused: the controller is switched off (mode off)")]
     SwitchedOff,
     /// No manoeuvre in a fault.
-    #[error("refused: a fault is latched: {}; reset it first", .0.text())]
+    #[error("refused: a fault is latched: {}; reset the fault first", .0.text())]
     FaultStands(Fault),
     /// A manoeuvre that cannot be flown.
     #[error(transparent)]
@@ -35,7 +35,7 @@ pub enum Error {
     #[error("the vehicle is still {}", .0.text())]
     StillFaulty(Fault),
     /// The vehicle's state is still missing.
-    #[error("there is still no vehicle state")]
+    #[error("no vehicle state has been received yet")]
     StillSilent,
     /// A limit that is not positive.
     #[error(transparent)]
@@ -72,8 +72,7 @@ pub enum ParameterError {
     },
     /// There is no depth between the bounds.
     #[error(
-        "parameters 'depth.min', 'depth.max': {min} m refused: the maximum, {max} m, is above \
-        it"
+        "parameters 'depth.min', 'depth.max': {min} m refused: depth.min must not be above depth.max, {max} m"
     )]
     DepthBounds {
         /// The smallest depth, m.
@@ -147,7 +146,7 @@ pub enum ParameterError {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ScheduleError {
     /// Lists of different lengths.
-    #[error("schedule refused: {beginnings} {what}s but {depths} depths")]
+    #[error("schedule refused: it has {beginnings} {what}s but {depths} depths")]
     Lengths {
         /// `time` or `distance`.
         what: &'static str,
@@ -171,7 +170,7 @@ pub enum ScheduleError {
     },
     /// Entries out of order.
     #[error(
-        "schedule refused: its {what}s must increase, {before} {unit} is followed by {after} {unit}"
+        "schedule refused: each {what} must be larger than the previous one, but {before} {unit} is followed by {after} {unit}"
     )]
     Order {
         /// `time` or `distance`.

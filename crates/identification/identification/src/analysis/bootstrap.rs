@@ -83,7 +83,7 @@ pub(super) fn bootstrap(
     let values: Vec<Values> = on_all_cores(&seeds, refit).into_iter().flatten().collect();
     if (values.len() as f64) < SUCCEED * refits as f64 {
         return Err(IdentificationError::Option(format!(
-            "no bootstrap: {} of {refits} simulated records determine no model of this order",
+            "no bootstrap: {} of {refits} simulated records do not determine a model of this order",
             refits - values.len()
         )));
     }
@@ -158,7 +158,7 @@ impl Simulated {
         };
         match simulated.drawn.is_empty() || !bounded(simulated.outputs(0)) {
             true => Err(IdentificationError::Option(
-                "no bootstrap: the model's simulation has no bound".to_owned(),
+                "no bootstrap: the simulation of the model grows without bound".to_owned(),
             )),
             false => Ok(simulated),
         }

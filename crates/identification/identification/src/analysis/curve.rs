@@ -15,7 +15,7 @@ use planesman_linear::digits::with_interval;
 use planesman_record::Record;
 
 const NOT_DETERMINED: IdentificationError = IdentificationError::Undetermined(
-    "the record determines no curve of that kind: it needs an input of more values",
+    "the record does not determine this kind of curve: the input must take more distinct values",
 );
 /// The share of the error's squares that a cause must take away for its curve to be tried.
 pub(super) const WORTH_A_TRY: f64 = 0.4;

@@ -91,7 +91,7 @@ fn analysed(record: &Record, options: &Options, validation: Option<&Record>) -> 
             });
             if starts.is_empty() {
                 return Err(IdentificationError::Option(format!(
-                    "{}: the signal has too few levels for it",
+                    "{}: the signal has too few distinct values for this curve",
                     setting("curve", choice.name())
                 )));
             }

@@ -68,8 +68,7 @@ impl Reason {
                 "in the last part the output stays within the noise: judged by the cross-validated fit, {fit:.1} %"
             ),
             Self::ErrorAsElsewhere(fit) => format!(
-                "in the last part the output moves less, and the error is no larger than elsewhere: judged by the cross-validated \
-                 fit, {:.1} %",
+                "the output moves less in the held-out last part, and the error there is no larger than elsewhere: the verdict uses the cross-validated fit, {:.1} %",
                 fit.unwrap_or_default()
             ),
             Self::FirstPartUndetermined => "not validated: the first 70 % of the record alone do not determine the model".to_owned(),

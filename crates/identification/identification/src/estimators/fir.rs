@@ -115,7 +115,7 @@ impl Estimator for Fir {
 
     fn learner(&self, _: &Problem<'_>) -> Result<Box<dyn Recursive>> {
         Err(IdentificationError::Option(
-            "the length of a finite impulse response can be chosen only from a whole record"
+            "the length of a finite impulse response can be chosen only from a complete record"
                 .to_owned(),
         ))
     }

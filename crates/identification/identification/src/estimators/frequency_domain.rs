@@ -431,8 +431,7 @@ impl Estimator for FrequencyDomain {
         };
         if choices.is_empty() {
             return Err(IdentificationError::Option(format!(
-                "the frequency domain needs transfer functions with more poles than zeros: {} \
-                 must be at most as large as {}",
+                "the frequency domain method needs transfer functions with more poles than zeros: {} must be at most {}",
                 option("numerator"),
                 option("order")
             )));

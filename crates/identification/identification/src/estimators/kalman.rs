@@ -72,7 +72,7 @@ impl Settings {
         }
         if !(self.noise > 0.0 && self.noise.is_finite()) {
             return Err(IdentificationError::Option(
-                "the Kalman filter needs a noise above 0".to_owned(),
+                "the Kalman filter needs a noise variance above 0".to_owned(),
             ));
         }
         Ok(())

@@ -31,7 +31,7 @@ pub struct N4sid;
 impl Estimator for N4sid {
     fn fit(&self, problem: &Problem<'_>) -> Result<Estimate> {
         let none = IdentificationError::Undetermined(
-            "the record is too short, or its input too poor, for states of that order",
+            "the record is too short, or its input has too little variation, for a state-space model of this order",
         );
         let a = poles(problem).ok_or(none.clone())?;
         let equations = NormalEquations::new(problem, &[1.0]);

@@ -99,7 +99,7 @@ impl Options {
                 check_forgetting(least).map(|()| 1.0)
             }
             Forgetting::Variable { .. } => {
-                refuse("variable forgetting needs an information above 0")
+                refuse("variable forgetting needs an information content above 0")
             }
         }
     }

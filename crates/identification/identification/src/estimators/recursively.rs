@@ -23,7 +23,8 @@ impl Estimator for Recursively {
         let structure = problem.structure.clone();
         if structure.own_numerators && problem.runs.len() > 1 {
             return Err(IdentificationError::Option(
-                "a recursion learns one numerator for all records".to_owned(),
+                "a recursive method can estimate only one numerator for all records together"
+                    .to_owned(),
             ));
         }
         let mut recursion =

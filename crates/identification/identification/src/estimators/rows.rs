@@ -10,7 +10,7 @@ pub(super) fn freedom(rows: usize, parameters: usize) -> Result<f64> {
     match rows.checked_sub(parameters) {
         Some(freedom) if freedom > 0 => Ok(freedom as f64),
         _ => Err(IdentificationError::Record(format!(
-            "{rows} rows are too few to estimate the accuracy of {parameters} parameters"
+            "{rows} rows of the regression are too few to estimate the accuracy of {parameters} parameters"
         ))),
     }
 }

@@ -44,7 +44,7 @@ impl StepResponse {
         let most = BLOCKS.min(rows / ROWS_PER_BLOCK);
         if length == 0 || most == 0 {
             return Err(IdentificationError::Record(format!(
-                "{rows} rows do not determine a response of {length} samples"
+                "{rows} rows of the regression do not determine a response of {length} samples"
             )));
         }
         let width = length.div_ceil(most);

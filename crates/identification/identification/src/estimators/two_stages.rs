@@ -104,7 +104,7 @@ impl Estimator for TwoStages<'_> {
 fn shifted(reference: &[f64], count: usize) -> Result<Vec<f64>> {
     if reference.len() < count {
         return Err(IdentificationError::Record(format!(
-            "{} samples of the reference for {count} of the input",
+            "the reference has {} samples, but the input has {count}",
             reference.len()
         )));
     }

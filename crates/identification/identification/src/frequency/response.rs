@@ -255,7 +255,7 @@ impl<'a> Spectra<'a> {
         let found = on_all_cores(&frequencies, |omega| spectra.at(*omega));
         (spectra.points, spectra.composites) = found.into_iter().flatten().unzip();
         match spectra.points.is_empty() {
-            true => refused("the inputs do not move, or are identical"),
+            true => refused("the inputs are constant, or identical"),
             false => Ok(spectra),
         }
     }

@@ -149,7 +149,7 @@ fn judged_on(
     let part = searched_part(&scaled.segments);
     let chooser = Chooser::new(part.as_deref().unwrap_or(&scaled.segments), *options);
     let undetermined = IdentificationError::Undetermined(
-        "the record determines no model of these inputs: record for longer, with every input moving",
+        "the record does not determine a model of these inputs: record for longer, and move every input",
     );
     let choice = chooser.choice().ok_or(undetermined)?;
     let samples = scaled.segments.iter().map(Segment::len).sum();
@@ -384,7 +384,7 @@ fn still_input(record: &Record, segments: &[&Segment]) -> Result<()> {
                 (false, _) => "is constant in every segment, and each segment has its own offset",
             };
             return Err(IdentificationError::Record(format!(
-                "{name} {when}: it determines no model; leave it out, or record it moving"
+                "{name} {when}, so the data does not determine its effect; leave it out, or record data in which it moves"
             )));
         }
     }

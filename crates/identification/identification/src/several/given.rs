@@ -52,7 +52,7 @@ impl KnownStructure {
         let lacks = |it: &&Segment| it.inputs.len() <= inputs || it.outputs.len() <= output;
         if segments.is_empty() || segments.iter().any(lacks) {
             return Err(IdentificationError::Record(
-                "a record with every input and output of the model is needed".to_owned(),
+                "the record must contain every input and output of the model".to_owned(),
             ));
         }
         let of_one = |it: &&Segment| Segment {

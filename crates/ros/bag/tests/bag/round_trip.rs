@@ -322,7 +322,7 @@ fn a_folder_of_several_bags_is_refused_and_files_are_sorted_into_bags() {
     let runs = [file("runs/run_1.mcap"), file("runs/run_2.mcap")];
     let text = refusal("runs");
     assert!(
-        text.contains("several bags, not one (times overlap): run_1.mcap, run_2.mcap"),
+        text.contains("several bags (times overlap): run_1.mcap, run_2.mcap"),
         "{text}"
     );
     assert_eq!(sorted_into_bags(&runs), [&runs[..1], &runs[1..]]);

@@ -259,7 +259,7 @@ impl<E: 'static> Runtime<E> {
                 let [.., (_, samples)] = now;
                 if samples > told && next_word <= Instant::now() {
                     log::warn!(
-                        "{} messages refused: they are larger than this node accepts, or exceed its memory limit",
+                        "{} messages refused: each is larger than this node accepts, or exceeds its memory limit",
                         samples - told
                     );
                     told = samples;

@@ -21,7 +21,7 @@ pub enum Error {
     NoStep(String),
     /// A command that takes more ticks than can be analysed.
     #[error(
-        "the planes need {needed:.0} ticks to follow a command, at most {most} can be analysed: choose a lower {} or {}",
+        "the planes need {needed:.0} ticks to follow a command, but at most {most} can be analysed: choose a lower {} or {}",
         option("rate"),
         option("computing_delay")
     )]
@@ -36,8 +36,7 @@ pub enum Error {
     Model(String),
     /// No gains keep the limits over the model's uncertainty.
     #[error(
-        "no gains of the dive loops keep a phase margin of {phase_margin:.0} deg, a gain margin of {gain_margin:.1} dB and a sensitivity peak of \
-         {sensitivity:.2} in 95 % of the vehicles that the model allows; {nearest}. Record more data, or relax the limits: {}, {}",
+        "no gains of the dive loops keep a phase margin of {phase_margin:.0} deg, a gain margin of {gain_margin:.1} dB and a sensitivity peak of {sensitivity:.2} in 95 % of the vehicles drawn from the model's covariance; {nearest}. Record more data, or relax the limits: {}, {}",
         setting("ms", format!("{:.1}", 1.25 * sensitivity)), setting("phase_margin", format!("{:.0}", 0.8 * phase_margin))
     )]
     OutOfReach {

@@ -44,12 +44,12 @@ pub enum DiffError {
     Rule(#[from] RuleError),
     /// No message is compared; without this error an empty comparison would count as equal.
     #[error(
-        "nothing to compare: the topics that are not ignored have no messages (planesman bag info lists all topics)"
+        "nothing to compare: all topics that are not ignored are empty (planesman bag info lists all topics)"
     )]
     Nothing,
     /// The messages of one topic are too far apart in the two files.
     #[error(
-        "the order of messages differs too much: {} MiB of messages wait for their partner; ignore large topics with {}",
+        "the order of messages differs too much: {} MiB of messages wait for the equal message of the other recording; ignore large topics with {}",
         WAITING >> 20, setting("ignore", "TOPIC")
     )]
     Apart,

@@ -328,7 +328,7 @@ fn poles_table(flown: &FlightReport) -> Markup {
                 }
             } }
             @if let Some(error) = summary.pole_error() {
-                p { "The dominant pole lies " (distance_text(error)) " of its magnitude from the true one ("
+                p { "The identified dominant pole is " (distance_text(error)) " of its magnitude away from the true pole ("
                     (summary.samples) " samples, one-step fit " (format!("{:.2}", summary.fit)) " %)." }
             }
         }

@@ -162,7 +162,7 @@ impl Watch {
             }
             _ => answer(
                 reply,
-                refused("a recorder has only the services pause, resume and split_bagfile"),
+                refused("a recorder provides only the services pause, resume and split_bagfile"),
             ),
         }
     }
@@ -321,7 +321,10 @@ impl Watch {
     fn cancel(&mut self, rt: &Runtime<Event>, action: &str, reply: Reply) {
         let running = self.manoeuvres.get(action);
         let Some((client, id)) = running.and_then(|it| Some((it.client.clone(), it.goal?))) else {
-            return answer(reply, refused("this page has no running manoeuvre"));
+            return answer(
+                reply,
+                refused("no manoeuvre that this page started is running"),
+            );
         };
         answer_when(rt, reply, async move {
             match client.cancel(id, ANSWER_TIMEOUT).await {
