@@ -107,11 +107,11 @@ pub fn is_replaceable(folder: &Path, own: &[&str]) -> io::Result<bool> {
     let whole = folder.canonicalize()?;
     let is_around = std::env::current_dir()?.canonicalize()?.starts_with(&whole);
     if plain.file_name().is_none() || is_around {
-        return refused("it is the current folder or contains it".to_owned());
+        return refused("the folder is the current folder or contains it".to_owned());
     }
     if let Some(foreign) = first_foreign(folder, Path::new(""), own)? {
         return refused(format!(
-            "it contains '{}', which this command did not write; name a new folder",
+            "the folder contains '{}', which this command did not write; name a new folder",
             foreign.display()
         ));
     }
@@ -215,7 +215,7 @@ pub fn page_file(text: &str) -> Result<PathBuf, String> {
     let is_page = ending(&path).is_some_and(|it| ["html", "htm"].contains(&it));
     match path.is_file() && !is_page {
         true => Err(format!(
-            "it exists already, and {OVERWRITE} replaces only pages, *.html"
+            "the folder exists already, and {OVERWRITE} replaces only pages, *.html"
         )),
         false => Ok(path),
     }
@@ -248,7 +248,7 @@ fn output(text: &str, given: usize) -> Result<PathBuf, String> {
         Ok(there) if there.is_dir() => return Err("it is a folder".to_owned()),
         Ok(there) if there.is_file() && !overwrites() => {
             return Err(format!(
-                "it exists already; name a new file, or add {OVERWRITE}"
+                "the file exists already; name a new file, or add {OVERWRITE}"
             ));
         }
         Ok(there) if there.is_file() => {

@@ -33,7 +33,7 @@ pub fn run(args: &CoefficientsArgs) -> Result<()> {
     let vehicle = vehicle_file::load_on(&args.vehicle, &args.base)?;
     let Some(geometry) = vehicle_file::geometry_on(&args.vehicle, &args.base)? else {
         bail!(
-            "vehicle '{}' has no section 'geometry', from which coefficients are computed (the built-in vehicle '{}' has one)",
+            "vehicle '{}' has no section 'geometry', which is needed to compute coefficients (the built-in vehicle '{}' has one)",
             args.vehicle,
             vehicle_file::BRUNNER
         );

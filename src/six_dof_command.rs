@@ -451,7 +451,7 @@ fn turn(args: &TurnArgs) -> Result<()> {
     let turns = steady_turns(&vehicle, inputs, holding, start);
     let of = match turns.len() {
         0 => bail!(
-            "no steady turn found from {} m/s, {} rad/s or the 36 default starts: choose another start with --speed and --yaw-rate",
+            "no steady turn was found from the start {} m/s, {} rad/s or from the 36 default starts: choose another start with --speed and --yaw-rate",
             args.speed,
             args.yaw_rate
         ),

@@ -33,7 +33,7 @@ pub enum Error {
         source: cdr_encoding::Error,
     },
     /// More bytes than the message's fields need.
-    #[error("not a {type_name}: {count} bytes are left over")]
+    #[error("not a {type_name}: {count} bytes are left over at the end")]
     LeftOver {
         /// The message that was expected.
         type_name: &'static str,

@@ -106,7 +106,7 @@ pub(crate) fn watched<T: Send>(
             match (interrupted, outcome) {
                 (Some(exception), _) => Err(exception),
                 (None, Some(outcome)) => outcome.map_err(raised),
-                (None, None) => Err(PlanesmanError::new_err("the work was stopped")),
+                (None, None) => Err(PlanesmanError::new_err("the work was cancelled")),
             }
         })
     })

@@ -126,11 +126,11 @@ impl Law for Function {
             text
         })?;
         let [dive_planes, rest @ ..] = &planes[..] else {
-            return Err("the controller returns no plane angle".into());
+            return Err("the controller must return at least one plane angle".into());
         };
         if rest.len() > 4 {
             return Err(
-                "the controller returns more than dive_planes, bow_stern_differential, roll_differential, rudder, thrust"
+                "the controller may return at most five values: dive_planes, bow_stern_differential, roll_differential, rudder, thrust"
                     .into(),
             );
         }

@@ -355,7 +355,7 @@ impl Plan {
             namespace: namespace.to_owned(),
             inputs,
             outputs: outputs.into_iter().map(PlannedOutput::Recorded).collect(),
-            answer: Some(answer.context("the answer's topic is not known")?),
+            answer: Some(answer.context("the topic of the answer is not known")?),
             tick: Some(0),
         })
     }

@@ -200,7 +200,7 @@ impl Player {
             }
             if Instant::now() > deadline {
                 bail!(
-                    "no node publishes '{answer}' and reads the played topics; is the node in this domain and namespace? (planesman doctor)"
+                    "no node publishes '{answer}' and also subscribes to the played topics; is the node in this domain and namespace? (planesman doctor)"
                 );
             }
             match self.rt.next(Duration::from_millis(20)) {
@@ -286,7 +286,7 @@ impl Player {
                     child.check()?;
                 }
                 bail!(
-                    "no message on '{}' answers the tick at {}.{:09} s within {} s (--timeout)",
+                    "no message on '{}' answered the tick at {}.{:09} s within {} s (--timeout)",
                     self.outputs[self.answer].topic.name,
                     tick.div_euclid(1_000_000_000),
                     tick.rem_euclid(1_000_000_000),

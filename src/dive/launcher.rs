@@ -60,7 +60,7 @@ impl LaunchedNode {
         match difference(&self.parameters, |name| has.get(name).cloned().flatten()) {
             None => Ok(()),
             Some(difference) => bail!(
-                "the running node and the flight differ in a parameter: {}.{difference}",
+                "a parameter of the running node differs from that of the flight: {}.{difference}",
                 self.node
             ),
         }
@@ -225,7 +225,7 @@ impl Launcher {
             Event::Stopped(Ok(_)) => self.drain(),
             Event::Stopped(Err(reason)) => {
                 self.print_line(&format!(
-                    "WARNING: plant_sim does not pause ({reason}); sending SIGTERM to all nodes, the recorder last"
+                    "WARNING: plant_sim does not pause ({reason}); sending SIGTERM to all nodes, to the recorder last"
                 ));
                 return Ok(Flow::Stop);
             }
@@ -362,7 +362,7 @@ impl Launcher {
             };
         } else if since.elapsed() > DISCOVERY_TIMEOUT {
             bail!(
-                "the nodes do not discover each other (no new match for {} s): {missing}",
+                "the nodes have not discovered each other (no new connection for {} s): {missing}",
                 DISCOVERY_TIMEOUT.as_secs()
             );
         }

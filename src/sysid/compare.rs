@@ -125,7 +125,7 @@ fn several(args: &CompareArgs) -> Result<Vec<(PathBuf, SeveralModelFile)>> {
     }
     if let (Some(single), Some((path, _))) = (single, models.first()) {
         bail!(
-            "{} has several inputs or outputs, {} has one of each: compare them separately",
+            "{} has several inputs or outputs, but {} has one input and one output: compare them separately",
             path.display(),
             single.display()
         );

@@ -87,7 +87,7 @@ impl ReplayArgs {
         let signals = self.signals(data, self.rate.or(rate))?;
         if !parameters.pairs.is_empty() {
             bail!(
-                "the parameter pairs is for bags: name the one pair of a table or log with -i and -o"
+                "the parameter pairs works only for bags: name the input and output of a table or log with -i and -o"
             );
         }
         let record = signals.read(&*self.data.progress())?;

@@ -884,7 +884,7 @@ fn two_publishers_are_told_apart_by_their_channels_or_by_the_numbers_that_each_c
         run("cmd:[publisher=3].linear.x").refused(&["publisher 3", "'cmd:[publisher=1].linear.x'"]);
         let told = topics(folder.path(), "log.mcap").text;
         assert!(
-            told.contains("its messages are of 2 publishers by their channels or numbers"),
+            told.contains("the topic has messages of 2 publishers, by their channels or numbers"),
             "{told}"
         );
     }

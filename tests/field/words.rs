@@ -64,7 +64,7 @@ fn a_spin_up_from_rest_is_identified_by_the_voltage_in_words() {
     );
     // From the first sample on, beside a level.
     spin_up(&log, 0.0, 100.0, &[(0.0, 12.0)]);
-    is_the_motor(of("12V from 0").says("at rest until then"));
+    is_the_motor(of("12V from 0").says("at rest until that time"));
     // On, backwards and off.
     let steps = [(1.0, 12.0), (4.0, -6.0), (7.5, 0.0)];
     spin_up(&log, 5.0, 0.0, &steps);

@@ -230,7 +230,7 @@ fn what_is_no_circuit_and_no_load_cycle_is_refused() {
         &stage.path("y.csv"),
     ];
     assert!(stage.run(&fault).stderr.contains(
-        "is a circuit of on/off valves, whose leakage, friction and supply are in its file"
+        "is a circuit of on/off valves, which has leakage, friction and supply in its own file"
     ));
     assert!(
         stage

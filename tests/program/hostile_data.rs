@@ -199,11 +199,7 @@ fn a_million_topics_are_listed_in_part_under_300_megabytes() {
     }
     let folder = folder.0.path();
     let listed = sysid("a million topics", "topics", &[folder]);
-    assert!(
-        listed
-            .printed
-            .contains("999000 further topics are not listed")
-    );
+    assert!(listed.printed.contains("999000 more topics are not listed"));
     assert!(!listed.printed.contains("skipped"), "{}", listed.printed);
     let signals =
         "--input /fleet/vehicle_00_00020/depth:data --output /fleet/vehicle_15_62500/depth:data";

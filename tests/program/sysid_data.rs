@@ -638,7 +638,7 @@ fn a_bag_with_more_topics_than_anybody_reads_is_listed_in_part() {
     let listing = survey(&path).unwrap();
     assert_eq!(listing.topics.len(), 1000);
     assert!(
-        listing.notes[0].starts_with("2000 further topics"),
+        listing.notes[0].starts_with("2000 more topics"),
         "{:?}",
         listing.notes
     );

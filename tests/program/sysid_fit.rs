@@ -84,7 +84,10 @@ fn a_loop_is_noticed_and_its_reference_sets_the_model_right() {
     let staged = fit(&data, "--order 1 --method output_error --reference r");
     let text = staged.analysis.text();
     assert!(
-        says(&staged, "feedback of noise biases the direct fit"),
+        says(
+            &staged,
+            "noise that returns through the feedback biases the direct fit"
+        ),
         "{text}"
     );
     assert!(!says(&staged, "closed-loop"), "{text}");

@@ -347,7 +347,7 @@ impl Node {
             .received
             .is_some_and(|at| (now.nanos() - at) as f64 * 1e-9 > timeout);
         if silent && !self.silent {
-            log::warn!("no vehicle state for {timeout} s: planes neutral");
+            log::warn!("no vehicle state for {timeout} s: planes go to neutral");
             let answer = self.controller.on_silence(now);
             self.say(&answer);
             self.tell_progress();

@@ -151,7 +151,7 @@ impl Gates {
             return;
         }
         log::info!(
-            "gate {}: each tick ends at {}",
+            "gate {}: each tick ends with {}",
             topic.name,
             match stamp {
                 Some(_) => "the message with the stamp of the tick",

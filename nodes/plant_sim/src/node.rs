@@ -728,7 +728,7 @@ impl Node {
                 false => (Level::Warn, format!("waiting for {closed}")),
             };
             if status.0 == Level::Warn && since.elapsed() >= WARNING_PERIOD {
-                self.warnings.warn("the first tick waits", &closed);
+                self.warnings.warn("the first tick waits for", &closed);
             }
         } else if self.observation.is_none() {
             status = match (self.is_flown(), self.paused) {

@@ -43,13 +43,13 @@ pub enum EntryRule {
     #[error("{0} must be given together")]
     Together(&'static str),
     /// A bound must not be negative.
-    #[error("{0}: the second number must not be below zero")]
+    #[error("{0}: the second number must not be negative")]
     Bound(&'static str),
     /// The named erratum must exist.
     #[error("the erratum '{0}' does not exist")]
     Erratum(String),
     /// `counted_with` must name an entry without `counted_with`.
-    #[error("counted_with '{0}' must name an entry without counted_with")]
+    #[error("counted_with '{0}' must name an entry that has no counted_with itself")]
     CountedWith(String),
     /// A contradiction needs an explanation.
     #[error("a contradiction must name the erratum that explains it")]

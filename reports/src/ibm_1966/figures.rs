@@ -65,7 +65,7 @@ pub fn figures() -> Result<Vec<Chapter>, ReportError> {
     Ok(vec![
         Chapter {
             title: "Sections I and II: arrangement and logic",
-            note: "Fig. 1-1 is a block diagram. An IBM 709 and an analog computer solve the equations of the flight control, with the actuator's model or the hardware in the loop. Figs. 2-8 (timing of the converter) and 2-12 (Coulomb friction from a bang-bang amplifier) cannot be drawn: the report omits the necessary details of the analog computer. The curve of Fig. 2-2 is missing too; the text mentions only its discontinuity, which accurate positioning uses.",
+            note: "Fig. 1-1 is a block diagram. An IBM 709 and an analog computer solve the equations of the flight control, with the actuator's model or the hardware in the loop. Figs. 2-8 (timing of the converter) and 2-12 (Coulomb friction from a bang-bang amplifier) cannot be drawn, because the report omits the necessary details of the analog computer. The curve of Fig. 2-2 is missing too; the text mentions only its discontinuity, which accurate positioning uses.",
             figures: section_2()?,
         },
         Chapter {
@@ -115,7 +115,7 @@ fn flow_curve(actuator: &ActuatorSet) -> Plot<'static> {
     };
     let points = (-200..=200).map(|k| widest * (f64::from(k) + 0.5) / 200.0);
     Plot::new("Fig. 2-2: flow curve for digital unit", ["error [deg]", "flow [in^3/s]"])
-        .note("The missing curve is computed here from the logic in Table 4-1. Beyond the threshold, one volume flows per cycle; an actuator with two volumes begins with the small one. Within the threshold only the drift flows, in the direction of the sign pulse. Accurate positioning works where the sign changes.")
+        .note("The missing curve is computed here from the logic in Table 4-1. Beyond the threshold, one volume flows in each cycle; an actuator with two volumes begins with the small one. Within the threshold only the drift flows, in the direction of the sign pulse. Accurate positioning acts where the error changes sign.")
         .line("one volume per cycle, drift with the error's sign", points.map(|error| (error / DEGREE, flow(error))))
 }
 

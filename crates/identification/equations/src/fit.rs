@@ -403,9 +403,7 @@ impl EquationsFit {
                 setting("html", "fit.html")
             ),
             format!(
-                "see on the page where the fit fails: {}; an equation lacks something, or the \
-                 search ended elsewhere: give parameters min and max, between which several \
-                 searches begin",
+                "see on the page where the fit fails: {}; either the equations lack something, or the search ended elsewhere: give parameters min and max, so that several searches begin between them",
                 setting("html", "fit.html")
             ),
         )
@@ -423,10 +421,9 @@ impl EquationsFit {
         match self.searches {
             (same, begun) if same == begun => {}
             (same, begun) => reasons.push(format!(
-                "{same} of {begun} searches ended at this minimum: from the start, from the start \
-                 by growing parts of the data{}",
+                "{same} of {begun} searches ended at this minimum: one from the start values, one from the start values by growing parts of the data{}",
                 if begun > 2 {
-                    ", from points between the bounds"
+                    ", the others from points between the bounds"
                 } else {
                     ""
                 }
@@ -437,14 +434,13 @@ impl EquationsFit {
                 .held_out_fit
                 .map_or("none".to_owned(), |it| format!("{it:.1} %"));
             let on = match self.is_validated {
-                true => "on the validation data, with only initial states fitted to it",
-                false => "on the last three tenths, by a model of the first seven",
+                true => "on the validation data, with only the initial states fitted to them",
+                false => "on the last 30 % of the data, by a model of the first 70 %",
             };
             reasons.push(format!("{}: simulated fit {held} {on}", of.name));
             if let Some(noise) = of.noise.filter(|it| of.left > MORE_THAN_NOISE * it) {
                 reasons.push(format!(
-                    "{}: the residual is {:.1} times the given noise; an equation lacks \
-                     something, or the noise is larger",
+                    "{}: the residual is {:.1} times the given noise; either the equations lack something, or the noise is larger",
                     of.name,
                     of.left / noise
                 ));

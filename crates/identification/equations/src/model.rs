@@ -314,7 +314,7 @@ fn in_range(entry: &str, field: &str, value: Option<f64>) -> Result<(), Equation
         return Ok(());
     };
     let without = match field {
-        "min" | "max" => format!("; for no bound leave {field} out"),
+        "min" | "max" => format!("; for no bound leave out {field}"),
         _ => String::new(),
     };
     let reason = format!(

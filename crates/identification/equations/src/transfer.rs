@@ -124,8 +124,7 @@ impl TransferFit {
         verdict_text(
             self.verdict,
             format!(
-                "view the page: {}; to get a sampled model, which simulator and controller need, \
-                 leave out {}",
+                "view the page: {}; leave out {} to get a sampled model, which simulator and controller need",
                 setting("html", "model.html"),
                 option("continuous")
             ),

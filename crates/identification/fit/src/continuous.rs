@@ -68,8 +68,7 @@ pub fn fit_continuous(
             None => format!("{order}, {numerator} (none)"),
         });
         sentences.push(format!(
-            "{} poles and {} numerator coefficients are the fewest with a held-out fit within \
-             half a per cent of the best, of {}",
+            "the model has {} poles and {} numerator coefficients: the fewest with a held-out fit within 0.5 % of the best fit, of {}",
             fit.order,
             fit.numerator,
             tried.collect::<Vec<_>>().join("; ")
@@ -79,7 +78,7 @@ pub fn fit_continuous(
         .held_out_fit
         .map_or("none".to_owned(), |it| format!("{it:.1} %"));
     let on = match fit.is_validated {
-        true => "on the validation data, with only offset and initial state fitted to it",
+        true => "on the validation data, with only offset and initial state fitted to them",
         false => "on the last three tenths, by a model of the first seven",
     };
     sentences.push(format!("simulated fit {held} {on}"));

@@ -135,7 +135,7 @@ impl FitData {
             && let Some(means) = options.signals.means_of_motion()?
         {
             let told = format!(
-                "{means} has the mean over each interval, which needs no assumption: {}",
+                "the signal {means} contains the mean over each interval, which needs no assumption: {}",
                 setting("input", &means)
             );
             result.analysis.reasons.insert(0, Reason::Data(told));

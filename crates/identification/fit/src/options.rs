@@ -173,8 +173,7 @@ impl MethodChoice {
             Self::One(method) => method.described(),
             Self::All => (
                 "all",
-                "Compare all methods; the one that simulates held-out data best is printed and \
-                 written",
+                "Compare all methods; the method that simulates held-out data best is printed and written",
             ),
         }
     }

@@ -70,7 +70,7 @@ pub const COHERENCE: Rule = Rule::new(0.05, 0.999, "a coherence from 0.05 to 0.9
 pub const PERIOD: Rule = Rule::new(
     1e-6,
     1e15,
-    "expected automatic, no, 2pi or a period above 0, as 360 or 65536",
+    "expected automatic, no, 2pi or a period above 0, such as 360 or 65536",
 );
 /// Numbers above 0.
 pub const ABOVE_ZERO: Rule = Rule::new(LEAST, f64::MAX, "expected a number above 0");
@@ -159,13 +159,13 @@ impl Span {
 pub const WINDOW: Span = Span {
     open: (f64::NEG_INFINITY, f64::INFINITY),
     may_be_open: true,
-    text: "is not a window; write FROM..TO, as 10..60, 10.. or ..60",
+    text: "is not a window; write FROM..TO, for example 10..60, 10.. or ..60",
 };
 /// Bands of frequency, Hz.
 pub const BAND: Span = Span {
     open: (0.0, f64::INFINITY),
     may_be_open: false,
-    text: "is not a band; write LOW..HIGH in Hz, as 0.01..2, 0.01.. or ..2",
+    text: "is not a band; write LOW..HIGH in Hz, for example 0.01..2, 0.01.. or ..2",
 };
 
 /// Prediction horizons in samples.

@@ -89,12 +89,11 @@ impl StepsInWords {
             .cloned()
             .unwrap_or_default();
         prepared.reading.notes.push(format!(
-            "the input is described in words, not recorded: {} before, {}; times from the first \
-             sample of {output}{}",
+            "the input is described in words, not recorded: {} before, {}; times start at the first sample of {output}{}",
             value(self.before),
             steps.join(", "),
             match self.is_from_rest() {
-                true => ", which was at rest until then",
+                true => ", which was at rest until that time",
                 false => "",
             }
         ));

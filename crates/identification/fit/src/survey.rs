@@ -372,7 +372,7 @@ impl TopicScan {
             Ok(plan) => {
                 let listed = plan.paths.len().min(room);
                 let is_cut = plan.is_cut || listed < plan.paths.len();
-                scan.note = is_cut.then(|| format!("only its first {listed} fields are listed"));
+                scan.note = is_cut.then(|| format!("only the first {listed} fields are listed"));
                 let first = FIELDS - room;
                 scan.fields = (first..first + listed).map(Field::inspected).collect();
                 scan.plan = Some(plan);
@@ -458,7 +458,7 @@ impl TopicScan {
         let several = (names.len() > 1).then(|| {
             let first = names.iter().find(|it| !it.is_empty()).unwrap_or(&"NAME");
             format!(
-                "its messages are of '{}': '{}:[{first}].FIELD' takes those of one",
+                "the topic has messages of '{}': '{}:[{first}].FIELD' selects those of one of these",
                 names.join("', '"),
                 self.topic.name
             )
@@ -467,7 +467,7 @@ impl TopicScan {
         let publishers = senders.first().map(|(first, _)| {
             let counts = senders.iter().map(|it| it.1.to_string());
             format!(
-                "its messages are of {} publishers by their channels or numbers ({}): '{}:[publisher={first}].FIELD' takes those of one",
+                "the topic has messages of {} publishers, by their channels or numbers ({}): '{}:[publisher={first}].FIELD' selects those of one publisher",
                 senders.len(),
                 counts.collect::<Vec<_>>().join(", "),
                 self.topic.name
@@ -562,13 +562,13 @@ fn of_bag(
     }
     if omitted > 0 {
         survey.notes.push(format!(
-            "{omitted} further topics are not listed; {} lists those whose name contains it",
+            "{omitted} more topics are not listed; {} lists those whose name contains the given text",
             setting("topic", "TEXT")
         ));
     }
     if bag.omitted() > 0 {
         survey.notes.push(format!(
-            "{} further topics are skipped: too many names and types",
+            "{} more topics are skipped: too many names and types",
             bag.omitted()
         ));
     }

@@ -183,7 +183,7 @@ pub enum ScheduleError {
         after: f64,
     },
     /// Times that are equal in whole nanoseconds.
-    #[error("schedule refused: its times must increase by at least a nanosecond, at {0} s")]
+    #[error("schedule refused: successive times must differ by at least a nanosecond, at {0} s")]
     SameTime(f64),
 }
 
@@ -191,7 +191,7 @@ pub enum ScheduleError {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ManoeuvreError {
     /// There is no manoeuvre with this name.
-    #[error("manoeuvre '{name}' refused: it must be one of {known}")]
+    #[error("manoeuvre '{name}' refused: the name must be one of {known}")]
     Unknown {
         /// The name.
         name: String,
@@ -209,7 +209,7 @@ pub enum ManoeuvreError {
     Period(f64),
     /// A chirp without its last period or without an end.
     #[error(
-        "period_end {period_end} s, duration {duration} s refused: a chirp needs both positive"
+        "period_end {period_end} s, duration {duration} s refused: a chirp needs a positive value for both"
     )]
     Chirp {
         /// The last period, s.
@@ -224,6 +224,6 @@ pub enum ManoeuvreError {
     #[error("duration {0} s refused: it must be from 0 to 1e6 s")]
     Duration(f64),
     /// A signal without an end of its own.
-    #[error("duration 0 s refused: a {0} needs a duration to end")]
+    #[error("duration 0 s refused: without a duration, a {0} would never end")]
     Endless(String),
 }

@@ -149,9 +149,21 @@ mod tests {
     fn a_schedule_that_makes_no_sense_is_refused_with_the_reason() {
         for (times, depths, reason) in [
             (vec![0.0, 1.0], vec![0.5], "2 times but 1 depths"),
-            (vec![2.0, 1.0], vec![0.5, 0.9], "must increase"),
-            (vec![1.0, 1.0], vec![0.5, 0.9], "must increase"),
-            (vec![1.0, 1.0 + 1e-12], vec![0.5, 0.9], "must increase"),
+            (
+                vec![2.0, 1.0],
+                vec![0.5, 0.9],
+                "must be larger than the previous one",
+            ),
+            (
+                vec![1.0, 1.0],
+                vec![0.5, 0.9],
+                "must be larger than the previous one",
+            ),
+            (
+                vec![1.0, 1.0 + 1e-12],
+                vec![0.5, 0.9],
+                "must be larger than the previous one",
+            ),
             (vec![-1.0], vec![0.5], "negative"),
             (vec![f64::NAN], vec![0.5], "not finite"),
             (vec![1.0], vec![f64::INFINITY], "not finite"),

@@ -395,8 +395,7 @@ impl Scenario {
         let (has, commanded) = (names(&plant)?, names(&commanded)?);
         if let Some(name) = commanded.iter().find(|name| !has.contains(name)) {
             refuse!(
-                "depth_controller's hover.vehicle: '{hovers}' refused: plant_sim's vehicle \
-                 '{flown}' has no thruster '{name}'"
+                "depth_controller's hover.vehicle: '{hovers}' refused: vehicle '{flown}' of plant_sim has no thruster '{name}'"
             );
         }
         Ok(())
@@ -462,10 +461,7 @@ impl Scenario {
                 value,
             )?;
             if own != (self.duration, self.tick, self.seed) {
-                refuse!(
-                    "parameter '{name}' refused: the scenario's own '{name}' sets it; give it \
-                    there"
-                );
+                refuse!("parameter '{name}' refused: set it by the scenario's own entry '{name}'");
             }
         }
         Ok(())

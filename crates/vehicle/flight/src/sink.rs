@@ -172,7 +172,7 @@ fn returned(writer: Option<JoinHandle<Result<BagWriter, WriteError>>>) -> Result
     match writer.map(JoinHandle::join) {
         Some(Ok(outcome)) => Ok(outcome?),
         Some(Err(panic)) => std::panic::resume_unwind(panic),
-        None => refuse!("the bag has failed before"),
+        None => refuse!("an earlier write to the bag has failed"),
     }
 }
 

@@ -313,7 +313,10 @@ impl Summary {
                 let percent = ((1000.0 * error).ceil() / 10.0).max(0.1);
                 format!("slowest pole identified within {percent:.1} %")
             }
-            Some(error) => format!("slowest pole NOT identified, {} off", distance_text(error)),
+            Some(error) => format!(
+                "slowest pole NOT identified: it is {} from the true pole",
+                distance_text(error)
+            ),
             None => format!("no valid model of the pitch response: {}", self.no_model),
         };
         let when = match (self.depth.is_some(), self.is_disturbed) {

@@ -35,7 +35,7 @@ const TITLES: [(&str, &str); 45] = [
     ("steady_state_gain", "steady-state gain"),
     ("first_markov_parameter", "first Markov parameter"),
     ("held_ticks", "ticks without the actuator's answer"),
-    ("pole_error", "dominant pole off by"),
+    ("pole_error", "error of the dominant pole"),
     // Its signals, as `planesman sim --out FLIGHT.csv` names them.
     ("time", "time"),
     ("depth", "depth"),

@@ -183,13 +183,14 @@ impl Instance {
     /// If not called after instantiation.
     pub(crate) fn enter_initialisation(&mut self, start: f64) -> Result<(), Fault> {
         if self.state.phase != Phase::Instantiated {
-            return Err(misuse!("initialization follows instantiation or a reset"));
+            return Err(misuse!(
+                "initialization must follow instantiation or a reset"
+            ));
         }
         let tick = self.resources.subject.tick();
         if !start.is_finite() || rounding(start, tick) > MOST_ROUNDING {
             return Err(misuse!(
-                "start time {start:e} s refused: numbers of that size are too coarse for ticks of \
-                 {tick} s; start at 0"
+                "start time {start:e} s refused: numbers of that size cannot represent ticks of {tick} s; start at 0"
             ));
         }
         (self.state.start, self.state.time) = (start, start);
@@ -201,7 +202,7 @@ impl Instance {
     /// If not called in initialization, or parameters conflict.
     pub(crate) fn exit_initialisation(&mut self) -> Result<(), Fault> {
         if self.state.phase != Phase::Initialisation {
-            return Err(misuse!("initialization has not been entered"));
+            return Err(misuse!("the FMU is not in initialization mode"));
         }
         self.refresh()?;
         self.state.phase = Phase::Steps;
@@ -243,7 +244,7 @@ impl Instance {
         let tick = self.resources.subject.tick();
         if self.state.phase != Phase::Steps {
             return Err(misuse!(
-                "a step before initialization is over, or after the end"
+                "a step is possible only between the end of initialization and the end of the simulation"
             ));
         }
         let time = self.state.time;
@@ -252,7 +253,7 @@ impl Instance {
         let is_here = (from - time).abs() <= rounding * tick;
         if !is_here {
             return Err(misuse!(
-                "step from {from} s refused: the FMU is at {time} s"
+                "step from {from} s refused: the time of the FMU is {time} s"
             ));
         }
         if !(step > 0.0 && step / tick <= MOST_TICKS) {
@@ -265,7 +266,7 @@ impl Instance {
         next.time = from + step;
         if next.time <= time || rounding > MOST_ROUNDING {
             return Err(misuse!(
-                "step of {step} s from {from} s refused: numbers of that size are too coarse for it"
+                "step of {step} s from {from} s refused: numbers of that size cannot represent so short a step"
             ));
         }
         // Where the step ends, in ticks since the start.
@@ -339,7 +340,7 @@ fn accepted(declaration: &Declaration, value: Value) -> Result<Value, Fault> {
         let name = &declaration.name;
         let expected = declaration.default.type_with_article();
         return Err(misuse!(
-            "{name} is set with another type: {expected} is expected"
+            "{name} was set with the wrong type: {expected} is expected"
         ));
     }
     let value = declaration.accept(value);

@@ -118,7 +118,7 @@ unsafe fn array<T: Copy>(array: *const T, count: usize, what: &str) -> Result<Ve
 unsafe fn references(given: *const u32, count: usize, values: usize) -> Result<Vec<u32>, Fault> {
     if count != values {
         return Err(misuse!(
-            "{count} value references and {values} values: every variable has one number or text"
+            "{count} value references but {values} values: every variable has one number or text"
         ));
     }
     // SAFETY: as the caller says.
@@ -197,8 +197,7 @@ macro_rules! without {
         /// The instance is null or was created here and not freed.
         #[unsafe(no_mangle)]
         unsafe extern "C" fn $name(instance: *mut c_void) -> Status {
-            call(instance, stringify!($name), |_| Err(misuse!("this FMU does not support it: \
-                co-simulation, without events, clocks and derivatives")))
+            call(instance, stringify!($name), |_| Err(misuse!("this FMU supports only co-simulation, without events, clocks and derivatives")))
         }
     )*};
 }

@@ -74,11 +74,16 @@ impl Actions {
             if !(range[0] < range[1] && range.iter().all(|x| x.is_finite())) {
                 return refused(
                     "actions",
-                    format!("{name} {range:?}: give the least and the largest value"),
+                    format!(
+                        "{name} {range:?}: give the smallest and the largest value, in this order"
+                    ),
                 );
             }
             if held.iter().any(|(other, _)| other == name) {
-                return refused("held", format!("{name} is already moved by an action"));
+                return refused(
+                    "held",
+                    format!("{name} is constant here, but an action already moves it"),
+                );
             }
             let one = all.resolve(parts, "actions", name)?;
             all.moved.push((one, *range));
@@ -87,7 +92,7 @@ impl Actions {
         if all.shared.is_some() && all.moved.iter().any(by_input) {
             return refused(
                 "actions",
-                "axes and single thrusters cannot be combined".to_owned(),
+                "actions are either axes or single thrusters, not both".to_owned(),
             );
         }
         Ok(all)

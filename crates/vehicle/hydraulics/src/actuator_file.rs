@@ -64,7 +64,7 @@ pub enum ActuatorFileError {
     },
     /// The file is a circuit of on/off valves, but an actuator of metered volumes is needed.
     #[error(
-        "actuator file '{0}' is a circuit of on/off valves, and only an actuator of metered volumes has these; `planesman dha design {0}` is for circuits"
+        "actuator file '{0}' is a circuit of on/off valves, but this command needs an actuator of metered volumes; for circuits use `planesman dha design {0}`"
     )]
     Circuit(String),
     /// A value breaks a rule.

@@ -15,7 +15,7 @@ pub enum Error {
     #[error("tick of {0} ns refused: it must be positive")]
     Tick(i64),
     /// The fault's group has no actuator.
-    #[error("fault.group '{group}' has no actuator; known: all, {groups}")]
+    #[error("no actuator belongs to fault.group '{group}'; known: all, {groups}")]
     NoActuator {
         /// The group.
         group: &'static str,
@@ -27,8 +27,7 @@ pub enum Error {
     NothingToFail(&'static str),
     /// Wear or a fault is set for a circuit of on/off valves.
     #[error(
-        "fault.*, leakage.scale and friction.stepping need an actuator of metered volumes; '{0}' \
-         is a circuit of on/off valves, whose leakage, friction and supply are in its file"
+        "fault.*, leakage.scale and friction.stepping need an actuator of metered volumes; '{0}' is a circuit of on/off valves, which has leakage, friction and supply in its own file"
     )]
     SoundCircuit(String),
     /// Two-speed logic for an actuator with only one volume.
@@ -59,10 +58,9 @@ pub enum Error {
     LoadForce(f64),
     /// The motion could not be solved or is not finite. The run has ended.
     #[error(
-        "actuator '{actuator}' of the {group}, in the tick from {time} s on: {}",
+        "actuator '{actuator}' of the {group}, in the tick that begins at {time} s: {}",
         match .unsolved {
-            Some(field) => format!("the search for the events of its motion does not end, because \
-                of {field}"),
+            Some(field) => format!("the search for the events of its motion does not end; the cause is {field}"),
             None => "its motion is not finite".to_owned(),
         }
     )]

@@ -25,22 +25,21 @@ pub enum SixDofError {
     },
     /// No number is left to estimate.
     #[error(
-        "no number is estimated: {} excludes all of them, or {} names only numbers that are 0",
+        "no number is estimated: {} excludes all numbers, or {} names only numbers that are 0",
         option("fixed"),
         option("free")
     )]
     NothingSought,
     /// The recording has no signal of the motion.
     #[error(
-        "no signal of the motion is found ({}): name the signals, {}; planesman sysid topics \
-         lists them", .0, setting("signal", "u=SIGNAL"))]
+        "no signals of the motion were found ({}): name the signals, {}; planesman sysid topics lists them", .0, setting("signal", "u=SIGNAL"))]
     NoMotion(String),
     /// Several topics have odometry, and none is called odom.
     #[error(
         "several topics have odometry ({}): name the signals, {}", .0, setting("signal", "u=TOPIC:twist.twist.linear.x"))]
     Odometry(String),
     /// Angles that cannot be in rad.
-    #[error("{0}: beyond a whole turn; angles must be in rad, so convert degrees first")]
+    #[error("{0}: larger than a whole turn; angles must be in rad, so convert degrees first")]
     Degrees(&'static str),
     /// Hardly more samples than unknowns.
     #[error(

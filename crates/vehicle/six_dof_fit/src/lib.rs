@@ -200,7 +200,7 @@ impl fmt::Display for SixDofVerdict {
                 "not usable: its errors on the held-out data are {ratio:.2} times those of the \
                  initial vehicle"
             ),
-            Self::NotValidated => f.write_str("not validated: nothing was held out"),
+            Self::NotValidated => f.write_str("not validated: no data was held out"),
             Self::NotDetermined { count, of } => write!(
                 f,
                 "usable with care: the recording does not determine {count} of {of} numbers"

@@ -10,7 +10,7 @@ const LARGEST_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MotionError {
     /// The number of samples is not allowed; two samples are needed to span a tick.
-    #[error("plane motion of {found} samples refused: it must have 2 to {MOST_SAMPLES}")]
+    #[error("plane motion of {found} samples refused: 2 to {MOST_SAMPLES} samples are allowed")]
     Samples {
         /// Their number.
         found: usize,

@@ -60,8 +60,7 @@ pub enum VehicleError {
     },
     /// The vehicle has six degrees of freedom.
     #[error(
-        "vehicle '{0}' has six degrees of freedom, which only plant_sim (dive, sim, sweep) and \
-         six-dof accept; here use a vehicle of the vertical plane: {names}",
+        "vehicle '{0}' has six degrees of freedom, which only plant_sim (dive, sim, sweep) and six-dof support; this command needs a vehicle of the vertical plane: {names}",
         names = plane_names()
     )]
     OfSixDegrees(String),

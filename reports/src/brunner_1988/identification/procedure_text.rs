@@ -140,7 +140,7 @@ fn model(g: &TransferFunction) -> Model {
 /// A fit fails.
 pub fn procedure_text() -> Result<String, IdentificationError> {
     let mut text = format!(
-        "Identification, p. 94 f., step by step. The records are lost: these are SYNTHETIC,\nwith {:.0} mV of noise (assumed) and {:.0} mV of gyro bias. Table 9 is used with the two misprints of run 9/1 corrected (E19).\n",
+        "Identification, p. 94 f., step by step. The records are lost; these data are SYNTHETIC,\nwith {:.0} mV of noise (assumed) and {:.0} mV of gyro bias. Table 9 is used with the two misprints of run 9/1 corrected (E19).\n",
         1e3 * NOISE,
         1e3 * BIAS
     );

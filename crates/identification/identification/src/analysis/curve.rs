@@ -45,16 +45,16 @@ planesman_wording::choices! {
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum CurveChoice {
         #[default]
-        Automatic = "automatic": "The curve that the error of the linear model points to, where it simulates held-out data better",
+        Automatic = "automatic": "The curve that explains the error of the linear model, if it simulates held-out data better",
         None = "none": "A linear model",
-        DeadZone = "dead_zone": "Dead zone of the input, in front of the dynamics",
+        DeadZone = "dead_zone": "Dead zone of the input, before the dynamics",
         Saturation = "saturation": "Limits of the input",
         Square = "square": "u|u| + c u, as of a thruster",
-        Piecewise = "piecewise": "Three straight lines that meet at two levels of the input",
+        Piecewise = "piecewise": "Three straight lines that meet at two input values",
         Backlash = "backlash": "Backlash of the input",
-        OutputDeadZone = "output_dead_zone": "Dead zone behind the dynamics",
-        OutputSaturation = "output_saturation": "Limits behind the dynamics, as of a sensor",
-        OutputPiecewise = "output_piecewise": "Three straight lines behind the dynamics",
+        OutputDeadZone = "output_dead_zone": "Dead zone of the output, after the dynamics",
+        OutputSaturation = "output_saturation": "Limits of the output, after the dynamics, such as those of a sensor",
+        OutputPiecewise = "output_piecewise": "Three straight lines at the output, after the dynamics",
     }
 }
 

@@ -37,35 +37,33 @@ impl Reason {
                 format!("the {used} longest of {all} segments were used, {share:.1} % of the samples")
             }
             Self::SearchedInPart(searched, samples) => format!(
-                "order and delay were searched on the {searched} of {samples} samples where the input varies most; the model was \
-                 fitted to all"
+                "order and delay were searched on the {searched} of {samples} samples in which the input varies most; the model was fitted to all samples"
             ),
             Self::Selected(tried, chosen, largest) => selected(*tried, chosen, largest.as_deref()),
             Self::Order(chosen, next) => order(chosen, next.as_ref()),
             Self::Process(chosen, next) => process(chosen, *next),
             Self::LargestOrder(order) => format!(
-                "order {order} is the largest searched: a higher one may fit better ({})",
+                "order {order} is the highest searched: a higher order may fit better ({})",
                 setting("order", order + 2)
             ),
             Self::LongestDelay(delay) => format!(
-                "delay {delay} is the longest searched: a longer one may fit better ({})",
+                "delay {delay} is the longest searched: a longer delay may fit better ({})",
                 setting("delay", delay + 5)
             ),
             Self::TwoStages { frequency, reference, staged, direct, apart } => {
                 two_stages(*frequency, reference, *staged, *direct, *apart)
             }
             Self::PredictedFit(fit) => format!(
-                "the model is unstable, and a simulation diverges whatever the model: predictions {AHEAD} samples ahead fit \
-                 {fit:.1} %"
+                "the model is unstable, so any simulation diverges: predictions {AHEAD} samples ahead fit {fit:.1} %"
             ),
             Self::HeldOutFit(fit, remark) => format!("simulated fit on held-out data {fit:.1} %{remark}"),
             Self::AtRest => format!(
-                "the output is constant until the input steps: the system is assumed at rest before, as with {}",
+                "the output is constant until the input steps: the system is assumed to be at rest before, the same as {}",
                 option("at_rest")
             ),
             Self::HeldOutIsNoise(None) => "not validated: in the held-out data the output stays within the noise".to_owned(),
             Self::HeldOutIsNoise(Some(fit)) => format!(
-                "in the last part the output stays within the noise: judged by the cross-validated fit, {fit:.1} %"
+                "in the held-out last part the output stays within the noise: the verdict uses the cross-validated fit, {fit:.1} %"
             ),
             Self::ErrorAsElsewhere(fit) => format!(
                 "the output moves less in the held-out last part, and the error there is no larger than elsewhere: the verdict uses the cross-validated fit, {:.1} %",
@@ -73,8 +71,7 @@ impl Reason {
             ),
             Self::FirstPartUndetermined => "not validated: the first 70 % of the record alone do not determine the model".to_owned(),
             Self::WholeRecord(fit) => format!(
-                "the first 70 % of the record alone do not excite the band: judged by the simulated fit on all of the record, {}; {} \
-                 judges it on other data",
+                "the first 70 % of the record alone do not excite the band: the verdict uses the simulated fit on the complete record, {}; {} tests the model on other data",
                 percent(*fit),
                 option("validation")
             ),
@@ -82,11 +79,10 @@ impl Reason {
             Self::NotLinear { finding, sample_time, segment } => not_linear(finding, *sample_time, *segment),
             Self::Curve(curved) => through_curve(curved),
             Self::CurveMisses(missed) => format!(
-                "with the curve the fit is {missed:.1} % below the limit set by noise: something else is not linear"
+                "with the curve the fit is {missed:.1} % below the limit set by noise: another part of the system is not linear"
             ),
             Self::Carried(fit) => format!(
-                "started from the state before the held-out data, the simulation fits {fit:.1} %: slow modes drift, and a simulation \
-                 from a known state is no better"
+                "a simulation that starts from the state before the held-out data fits {fit:.1} %: slow modes drift, and a known initial state does not improve the fit"
             ),
             Self::Unsteady => "a model fitted to one half of the record does not fit the other half: the system or its level changes, or the \
                  halves excite different dynamics"
@@ -94,21 +90,20 @@ impl Reason {
             Self::InputShare(share, is_too_little) => input_share(*share, *is_too_little),
             Self::GainUndetermined(gain) => gain_undetermined(gain),
             Self::InputEffect(f, needed, is_in) => format!(
-                "F {f:.1} ({needed:.1} needed): the output shows no effect of this input{}",
-                if *is_in { "" } else { "; it is left out" }
+                "F {f:.1} ({needed:.1} needed): this input has no visible effect on the output{}",
+                if *is_in { "" } else { "; the input is left out" }
             ),
             Self::Inseparable(other, share) => format!(
-                "{:.2} % of its variance is its own, the rest moves with {other}: their effects cannot be separated",
+                "only {:.2} % of this input's variance is independent, the rest follows {other}: their effects cannot be separated",
                 100.0 * share
             ),
-            Self::ProcessF(f, least) => format!("F of the input's part {f:.0}, {least:.0} needed: {}", match f < least {
-                true => "the output's own noise and drift explain it as well",
-                false => "the input moves the output beyond doubt",
+            Self::ProcessF(f, least) => format!("F-test of the input's effect: {f:.0}, at least {least:.0} needed: {}", match f < least {
+                true => "the output's own noise and drift could explain the motion as well",
+                false => "the input clearly moves the output",
             }),
             Self::Early(samples) => early(*samples),
             Self::OtherDelay(better, delay) => format!("delay {better} fits better than {delay} ({})", setting("delay", better)),
-            Self::DirectFeedthrough => "the output answers its input within one sample: direct feedthrough, or the input moves \
-                 between its samples, or the output's stamps are too early"
+            Self::DirectFeedthrough => "the output responds to its input within one sample: there is direct feedthrough, or the input moves between its samples, or the output's stamps are too early"
                 .to_owned(),
             Self::FirstOrderHold(FirstOrderHold { lines, held }) => format!(
                 "the input moves on straight lines between its samples (first-order hold): cross-validated fit {:.2} %, {} \
@@ -120,11 +115,11 @@ impl Reason {
             Self::Residuals(finding, false) => residuals(finding, "the input"),
             Self::Feedback(later) => feedback(later),
             Self::NegativePole(pole) => negative_pole(pole),
-            Self::UnstablePole(pole) => format!("the pole at z = {} is unstable, beyond its 95 % interval", interval(pole)),
+            Self::UnstablePole(pole) => format!("the pole at z = {} is unstable: its whole 95 % interval lies outside the unit circle", interval(pole)),
             Self::CancelledPole(pole) => format!("near pole-zero cancellation at z = {}: try a lower order", interval(pole)),
             Self::OtherOrder(other) => other_order(other),
             Self::FewSamples(samples, parameters) => format!(
-                "{samples} samples for {parameters} parameters: the model partly memorises them; record for longer"
+                "{samples} samples for {parameters} parameters: the model partly fits the noise; record for longer"
             ),
         }
     }
@@ -137,12 +132,12 @@ impl fmt::Display for FitRemark {
             Self::WorseThanMean => f.write_str(": worse than the mean of the output"),
             Self::NoiseLimited(attainable) => write!(
                 f,
-                ": the noise allows no model a better one (limit {attainable:.1} %)"
+                ": noise prevents a better fit by any model (limit {attainable:.1} %)"
             ),
             Self::VeryGood => f.write_str(": very good"),
             Self::Overfitted(whole) => write!(
                 f,
-                ", on the whole record {whole:.1} %: the model is overfitted, or the system changed"
+                ", on the complete record {whole:.1} %: the model is overfitted, or the system changed"
             ),
         }
     }
@@ -156,8 +151,7 @@ fn percent(fit: Option<f64>) -> String {
 fn validated(samples: usize, fit: Option<f64>, predicted: Option<f64>) -> String {
     let (fit, predicted) = (percent(fit), percent(predicted));
     format!(
-        "judged on the validation data, {samples} samples that were not fitted: simulated fit {fit}, predicted {AHEAD} samples \
-         ahead {predicted}"
+        "evaluated on the validation data, {samples} samples that were not fitted: simulated fit {fit}, predicted {AHEAD} samples ahead {predicted}"
     )
 }
 
@@ -182,7 +176,7 @@ fn process(chosen: &process::Candidate, next: Option<(Form, f64)>) -> String {
         format!("; next {}, BIC {bic:+.1}", next.name())
     });
     let (name, equation) = (chosen.form.name(), chosen.form.equation());
-    format!("process model {name}, {equation}, {begins} as the record begins{next}")
+    format!("process model {name}, {equation}, {begins} at the beginning of the record{next}")
 }
 
 /// Magnitudes with their standard deviations, and how many of these they are apart.
@@ -197,15 +191,14 @@ fn two_stages(
         [staged, direct].map(|(size, deviation)| with_interval(size, SIGMAS_95 * deviation));
     let difference = match apart {
         Some(apart) => {
-            format!("{apart:.1} standard deviations away: feedback of noise biases the direct fit")
+            format!("{apart:.1} standard deviations apart: noise that returns through the feedback biases the direct fit")
         }
         None => {
-            "no significant difference: feedback of noise does not bias the direct fit".to_owned()
+            "no significant difference: noise that returns through the feedback does not bias the direct fit".to_owned()
         }
     };
     format!(
-        "magnitude of the response at {frequency:.3} rad/s: {staged} by the reference {reference}, {direct} by a direct fit; \
-         {difference}"
+        "magnitude of the response at {frequency:.3} rad/s: {staged} from the reference {reference}, {direct} from a direct fit; {difference}"
     )
 }
 
@@ -214,12 +207,13 @@ fn in_band(band: (f64, f64), coherence: f64, cost: f64) -> String {
     let [low, high] = [band.0, band.1].map(|it| significant(it, 3));
     let [low_hz, high_hz] = [band.0, band.1].map(|it| significant(it / TAU, 3));
     let is_near = match cost <= ACCEPTED {
-        true => "the transfer function follows the response",
-        false => "the transfer function is not near the response: another order, or not linear",
+        true => "the transfer function matches the response",
+        false => {
+            "the transfer function does not match the response: try another order, or the system is not linear"
+        }
     };
     format!(
-        "the coherence is {coherence} or more from {low} to {high} rad/s ({low_hz} to {high_hz} Hz), and the model is of this \
-         band; cost J {}, {ACCEPTED:.0} at most is good: {is_near}",
+        "the coherence is {coherence} or more from {low} to {high} rad/s ({low_hz} to {high_hz} Hz), and the model describes this band; cost J {}, a good value is at most {ACCEPTED:.0}: {is_near}",
         significant(cost, 3)
     )
 }
@@ -227,11 +221,11 @@ fn in_band(band: (f64, f64), coherence: f64, cost: f64) -> String {
 /// What an error points to, in a segment of several.
 fn not_linear(finding: &Finding, sample_time: f64, segment: Option<usize>) -> String {
     let segment = segment.map_or(String::new(), |it| {
-        format!(" in segment {it}, from its beginning")
+        format!(" in segment {it}, time counted from its beginning")
     });
     let gain = finding.gain.map_or(String::new(), |(share, test)| {
         let percent = 100.0 * share;
-        format!(": that takes away {percent:.0} % of the simulated error's squares (F {test:.0})")
+        format!(": this explains {percent:.0} % of the squared simulation error (F {test:.0})")
     });
     cause(&finding.cause, sample_time) + &segment + &gain
 }
@@ -242,7 +236,7 @@ fn through_curve(curved: &Curved) -> String {
         Side::Output => ("output", "behind", "Wiener"),
     };
     let linear = curved.linear_fit.map_or(String::new(), |fit| {
-        format!("; a linear model simulates {fit:.1} % of what is held out")
+        format!("; a linear model simulates {fit:.1} % of the held-out data")
     });
     format!(
         "the {signal} goes through a static curve {place} the linear dynamics ({model} model): {}; gain, poles and zeros are those \
@@ -273,8 +267,7 @@ fn gain_undetermined(gain: &Uncertain) -> String {
 
 fn early(samples: i64) -> String {
     format!(
-        "the model fits better with the output {samples} sample{} before the input: the output is stamped too early, the input \
-         moves between its samples ({}), the data is closed-loop, or the system is not linear",
+        "the model fits better if the output is {samples} sample{} before the input: the output is stamped too early, the input moves between its samples ({}), the data is closed-loop, or the system is not linear",
         if samples == 1 { "" } else { "s" },
         setting("input_method", "foh")
     )
@@ -328,8 +321,7 @@ impl fmt::Display for Doubt {
                 }
                 write!(
                     f,
-                    "is feedback of the output alone ({share:.1e} of its power is not): either a controller makes it, and the model is \
-                     the controller's inverse, or the plant answers at once. The record cannot tell"
+                    "is feedback of the output alone ({share:.1e} of its power is not): either a controller produces the input, and the model is the inverse of the controller, or the plant responds at once. The record cannot decide between the two"
                 )
             }
             Self::Rank(known, parameters, ratio) => write!(
@@ -349,12 +341,12 @@ fn cause(cause: &Cause, sample_time: f64) -> String {
         Cause::Output(curve) => format!("the output {}", in_words("follows", curve)),
         Cause::Drag => "damping grows with the output, y|y|, as drag does".to_owned(),
         Cause::Friction => {
-            "damping does not grow with the output's rate, as dry friction".to_owned()
+            "damping does not grow with the output's rate, as in dry friction".to_owned()
         }
         Cause::Gain(times) => {
             let change = |(time, gain): &(usize, f64)| {
                 let from = seconds(time);
-                format!(" from {from} s on it is {gain:.2} times what it was at first")
+                format!(" from {from} s on the gain is {gain:.2} times its initial value")
             };
             let changes: Vec<String> = times.iter().map(change).collect();
             format!("the gain changes:{}", changes.join(","))
@@ -371,7 +363,7 @@ fn cause(cause: &Cause, sample_time: f64) -> String {
             significant(rate / sample_time, 3)
         ),
         Cause::While(from, to, times) => format!(
-            "from {} to {} s the error is {times:.1} times what it is elsewhere: something else acts then, or the system changes",
+            "from {} to {} s the error is {times:.1} times the error elsewhere: something else acts in this interval, or the system changes",
             seconds(from),
             seconds(to)
         ),

@@ -509,7 +509,7 @@ impl<'a> Evidence<'a> {
                     }
                 } }
             } }
-            p { "Samples on the grid of " (number(self.data.prepared.resampled.record.sample_time)) " s, counted from 1 in each file; times from the output's first sample in the file." }
+            p { "Samples are on the grid of " (number(self.data.prepared.resampled.record.sample_time)) " s and counted from 1 in each file; times start at the output's first sample in the file." }
             div.scroll { table.words {
                 thead { tr { @for head in ["row", "file", "samples", "time, s", "role", "shown in"] { th { (head) } } } }
                 @for (row, part) in (1..).zip(&self.parts) { tr #(part.id) {

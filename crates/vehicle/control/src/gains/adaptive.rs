@@ -178,8 +178,8 @@ mod tests {
             (Adaptive::new(), "no model"),
             (received(2.0, 1e-9, -20 * SECOND), "old"),
             (received(2.0, 1e-1, 0), "known to"),
-            (received(9.0, 1e-9, 0), "times the scheduled"),
-            (received(-1.0, 1e-9, 0), "times the scheduled"),
+            (received(9.0, 1e-9, 0), "times its scheduled"),
+            (received(-1.0, 1e-9, 0), "times its scheduled"),
         ] {
             let mut adaptive = adaptive;
             let (gains, reason) = adaptive.step(&T6, &TRUST, 1.0, 0, 0.05);

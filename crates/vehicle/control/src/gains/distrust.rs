@@ -6,7 +6,7 @@ use planesman_model_file::Refusal;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Distrust {
     /// There is no model yet.
-    #[error("no model has come yet")]
+    #[error("no model has been received yet")]
     NoModel,
     /// The last model is too old; its age, s.
     #[error("the last model is {0:.1} s old")]
@@ -19,8 +19,7 @@ pub enum Distrust {
     File(#[from] Refusal),
     /// The model has direct feedthrough.
     #[error(
-        "the model has direct feedthrough, but planes move the vehicle only later; fit it \
-        with a delay of 1"
+        "the model has direct feedthrough, but planes move the vehicle only after a delay; fit the model with a delay of 1"
     )]
     Feedthrough,
     /// The model has other signals.
@@ -35,7 +34,7 @@ pub enum Distrust {
     #[error("model refused: its covariance does not match its coefficients")]
     Covariance,
     /// Its sample time, s, is too long or too short for pitch.
-    #[error("model refused: a sample time of {0} s does not resolve pitch")]
+    #[error("model refused: its sample time of {0} s is too long to resolve pitch")]
     SampleTime(f64),
     /// It cannot be simulated, or its step response does not determine a pitch model.
     #[error("model refused: {0}")]
@@ -47,7 +46,7 @@ pub enum Distrust {
     #[error("model refused: its uncertainty is not finite")]
     InfiniteUncertainty,
     /// A parameter is too far from the schedule's.
-    #[error("{name} is {ratio:.2} times the scheduled one")]
+    #[error("{name} is {ratio:.2} times its scheduled value")]
     Far {
         /// The parameter.
         name: &'static str,
@@ -55,7 +54,7 @@ pub enum Distrust {
         ratio: f64,
     },
     /// A parameter is too uncertain.
-    #[error("{name} is known to {:.0} % only", 100.0 * .deviation)]
+    #[error("{name} is known only to within {:.0} %", 100.0 * .deviation)]
     Uncertain {
         /// The parameter.
         name: &'static str,

@@ -160,8 +160,8 @@ mod tests {
             (|m| m.speed = None, "the speed of the vehicle"),
             (|m| m.output = "state:depth".to_owned(), "pitch_rate"),
             // Sixteen times the plane moment at a quarter of the speed.
-            (|m| m.speed = Some(0.2), "times the scheduled"),
-            (|m| m.sample_time = 9.0, "does not resolve"),
+            (|m| m.speed = Some(0.2), "times its scheduled"),
+            (|m| m.sample_time = 9.0, "too long to resolve"),
         ];
         for (change, reason) in refused {
             let mut changed = file(&weaker(1e-6));

@@ -101,18 +101,16 @@ fn define(folder: &Path, definition: &Definition) -> Result<()> {
             });
             match (is_same, parts) {
                 (false, _) => refuse!(
-                    "'{}' has the results of another sweep; name a new folder with {}",
+                    "'{}' contains the results of another sweep; name a new folder with {}",
                     folder.display(),
                     option("out")
                 ),
                 (true, None) => refuse!(
-                    "'{}' has this sweep undivided, and parts would repeat its cases; continue \
-                     without parts, or name a new folder",
+                    "'{}' contains this sweep without parts, and parts would repeat its cases; continue without parts, or name a new folder",
                     folder.display()
                 ),
                 (true, Some(parts)) => refuse!(
-                    "'{}' has this sweep in {parts} parts, and another division would repeat its \
-                     cases; continue with {parts} parts, or name a new folder",
+                    "'{}' contains this sweep in {parts} parts, and another number of parts would repeat its cases; continue with {parts} parts, or name a new folder",
                     folder.display()
                 ),
             }

@@ -56,7 +56,10 @@ impl Results {
         let mut lines = BufReader::new(&file);
         while lines.read_until(b'\n', &mut line)? > 0 && line.ends_with(b"\n") {
             if rows == 0 && line != header.as_bytes() {
-                refuse!("{}: the file has other columns; name a new folder", named());
+                refuse!(
+                    "{}: the existing file has other columns; name a new folder",
+                    named()
+                );
             }
             whole += line.len() as u64;
             rows += 1;

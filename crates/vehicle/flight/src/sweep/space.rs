@@ -117,7 +117,7 @@ impl Axis {
 fn steps(from: f64, to: f64, step: f64) -> Result<Vec<f64>> {
     let count = ((to - from) / step + 1e-9).floor();
     if !(0.0..MOST_VALUES).contains(&count) {
-        refuse!("refused: FROM:TO:STEP must reach TO from FROM in at most {MOST_VALUES} steps");
+        refuse!("refused: FROM:TO:STEP must get from FROM to TO in at most {MOST_VALUES} steps");
     }
     let at = |i: u64| rounded(from + i as f64 * step);
     Ok((0..=count as u64).map(at).collect())

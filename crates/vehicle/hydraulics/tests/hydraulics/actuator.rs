@@ -77,7 +77,8 @@ fn a_motion_that_cannot_be_solved_or_is_not_finite_is_an_error_with_time_and_fie
     }
     #[track_caller]
     fn names(end: &Error, path: &str) {
-        let by = format!("the search for the events of its motion does not end, because of {path}");
+        let by =
+            format!("the search for the events of its motion does not end; the cause is {path}");
         assert!(end.to_string().ends_with(&by), "{end}");
     }
     names(&metering(|set| set.load.viscous = 1e20), "load.viscous");
@@ -433,7 +434,7 @@ fn faults_that_cannot_be_are_refused_as_a_set() {
                 ("fault.group", Value::from("rudder")),
                 ("fault.air", 0.5.into()),
             ],
-            "fault.group 'rudder' has no actuator; known: all, dive_planes",
+            "no actuator belongs to fault.group 'rudder'; known: all, dive_planes",
         ),
         (
             vec![("model", Value::from("ideal")), ("fault.air", 0.5.into())],

@@ -28,19 +28,18 @@ pub enum Error {
     Speed(#[from] planesman_model_file::Refusal),
     /// The model is certain at too few frequencies.
     #[error(
-        "its response is known to {:.0} % at only {known} of {FREQUENCIES} frequencies", 100.0 * KNOWN
+        "the model's response is known to {:.0} % at only {known} of {FREQUENCIES} frequencies", 100.0 * KNOWN
     )]
     Uncertain {
         /// Number of frequencies with a known response.
         known: usize,
     },
     /// The model's response does not determine a pitch equation.
-    #[error("its response does not determine a pitch equation")]
+    #[error("the model's response does not determine a pitch equation")]
     Undetermined,
     /// The nearest vehicle differs too much from the model.
     #[error(
-        "no vehicle with the heave of '{base}' fits the model: at {speed} m/s the nearest is off \
-         by {:.0} % (root mean square, {:.2} to {:.1} rad/s); the limit is {:.0} %",
+        "no vehicle with the heave of '{base}' fits the model: at {speed} m/s the nearest such vehicle differs by {:.0} % (root mean square, {:.2} to {:.1} rad/s); the limit is {:.0} %",
         100.0 * error, frequencies[0], frequencies[1], 100.0 * POOR
     )]
     Unlike {
@@ -55,7 +54,7 @@ pub enum Error {
     },
     /// No coefficients give the model's pitch equation.
     #[error(
-        "no coefficients of vehicle '{base}' give this pitch equation about level flight at {speed} m/s"
+        "no coefficients of vehicle '{base}' give this pitch equation for level flight at {speed} m/s"
     )]
     Unreachable {
         /// Name of the base vehicle.

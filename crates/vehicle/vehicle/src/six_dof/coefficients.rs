@@ -38,8 +38,7 @@ const ROWS: &str = "XYZKMN";
 /// An invalid coefficient name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "not the name of a coefficient; use a row of X, Y, Z, K, M, N, then _ and velocities of u, v, \
-     w, p, q, r (Y_uv, Z_w|w|), a velocity and dot (X_udot), or uu and an input ({0})"
+    "not the name of a coefficient; use a row (X, Y, Z, K, M or N), then _ and velocities of u, v, w, p, q, r (Y_uv, Z_w|w|), a velocity and dot (X_udot), or uu and an input ({0})"
 )]
 pub struct Unknown(String);
 

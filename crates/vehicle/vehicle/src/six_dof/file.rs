@@ -445,7 +445,10 @@ impl FinSection {
         let chord = direction(&at("chord"), self.chord)?;
         let normal = direction(&at("normal"), self.normal)?;
         if super::lanes::dot(chord, normal).abs() > 1e-9 {
-            return Err(Unphysical::new(at("normal"), "not normal to the chord"));
+            return Err(Unphysical::new(
+                at("normal"),
+                "the normal must be perpendicular to the chord",
+            ));
         }
         Ok(Fin {
             input: input(&at("input"), &self.input)?,

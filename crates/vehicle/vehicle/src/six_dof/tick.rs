@@ -68,7 +68,7 @@ impl Commands<'_> {
 /// An input that no actuator of the loop moves.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "input '{input}' refused: no actuator of the loop moves it. Name an angle rudder, \
+    "input '{input}' refused: no actuator of the loop can move it. Name an angle rudder, \
      stern_planes or bow_planes; give a force its limits and a propeller its full rotation; any \
      other input must be a thruster's command"
 )]

@@ -157,7 +157,7 @@ fn what_no_vehicle_follows_is_refused_with_how_far_it_is_off() {
                 m.den.extend([0.0; 10]);
                 m.covariance = vec![vec![0.0; 26]; 26];
             },
-            "is off by",
+            "differs by",
         ),
         // Two lags behind one another: planes move a vehicle's pitch rate sooner.
         (
@@ -165,7 +165,7 @@ fn what_no_vehicle_follows_is_refused_with_how_far_it_is_off() {
                 (m.num, m.den) = (vec![0.0, -0.01], vec![1.0, -1.9, 0.9025]);
                 m.covariance = vec![vec![0.0; 4]; 4];
             },
-            "is off by",
+            "differs by",
         ),
         (|m| m.covariance[0][0] = 1.0, "frequencies"),
         (|m| m.physical = Some(physical(0.5, -0.2)), "mu is negative"),
