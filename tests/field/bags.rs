@@ -550,7 +550,7 @@ fn a_survey_says_of_each_topic_what_is_amiss_below_its_name_and_what_may_be_iden
     for topic in ["/a/odd", "/b/odd"] {
         let (_, note) = below(topic);
         assert!(
-            note.starts_with("  note: the bag does not hold the definition of odd_msgs/msg/Odd"),
+            note.starts_with("  note: the bag does not contain the definition of odd_msgs/msg/Odd"),
             "{note}"
         );
     }
@@ -828,7 +828,7 @@ fn two_publishers_of_messages_that_say_nothing_of_whose_they_are_are_noticed() {
         let answer = fit(folder.path(), &signals);
         answer
             .says("cmd:linear.x: ")
-            .says("two sources seem to share it")
+            .says("two sources seem to share this signal")
             .says("under a separate name");
         assert!(
             !answer.said().contains("verdict: good"),

@@ -53,7 +53,7 @@ fn a_dataflash_log_is_read_by_its_own_formats() {
     fs::write(folder.path().join("damaged.bin"), damaged(bytes.clone())).unwrap();
     let answer = run(&["damaged.bin", "-i", "RATE:RDes", "-o", "RATE:R"]);
     answer
-        .says("the log is damaged there")
+        .says("the log is damaged at these places")
         .says("verdict: good");
     near(answer.number("record/samples"), 1991.0, 6.0);
     near(answer.number("model/steady_state_gain/0"), 0.75, 0.005);
@@ -125,7 +125,7 @@ fn telemetry_of_mavlink_is_read_in_both_versions() {
         "ATTITUDE:rollspeed",
     ]);
     answer
-        .says("the log is damaged there")
+        .says("the log is damaged at these places")
         .says("verdict: good");
     near(answer.number("record/samples"), 1997.0, 3.0);
     fs::write(folder.path().join("none.tlog"), [7; 5000]).unwrap();

@@ -158,7 +158,7 @@ fn a_table_without_a_time_that_can_be_meant_is_told_so_with_the_option() {
         (
             "t,u,y",
             &|k| format!("{},", SAMPLES - k),
-            "sort them by time",
+            "sort the samples by time",
         ),
         ("u,y", &|_| String::new(), "-o y --sample-time SECONDS"),
     ];

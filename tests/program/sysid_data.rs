@@ -197,7 +197,7 @@ fn a_table_is_read_however_it_is_written() {
         (
             rows(&plain),
             "-i c2 -o c3",
-            "of the column 'c1', the first, which rises",
+            "of the column 'c1', the first column, which increases",
         ),
         (
             "t;u;y\n".to_owned() + &rows(&|k, u, y| [k as f64 * 0.05, u, y].map(comma).join(";")),

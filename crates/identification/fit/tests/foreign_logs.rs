@@ -327,7 +327,7 @@ fn a_labview_measurement_has_its_interval_in_each_heading() {
     assert!(
         log.survey().topics[0]
             .stamps
-            .contains("the Delta_X of its heading")
+            .contains("the Delta_X in its heading")
     );
     let several = head.to_owned()
         + &part(0..300, "09:51:40,5", "5,0E-3")

@@ -77,8 +77,7 @@ impl fmt::Display for Jump {
         let seconds = |stamp: i64| stamp as f64 * 1e-9;
         write!(
             f,
-            "the plant has changed: detected at {:.3} s, the estimate uses the samples since \
-             {:.3} s",
+            "the plant has changed: detected at {:.3} s, so the estimate uses only the samples since {:.3} s",
             seconds(self.stamp),
             seconds(self.since)
         )
@@ -400,8 +399,7 @@ impl Pair {
         let Config { input, output, .. } = &*self.config;
         if self.aligner.inputs_are_off_grid() {
             return Some(format!(
-                "{input} is not stamped when {output} is: the stamps must be whole sample_times \
-                 apart; otherwise set resample"
+                "{input} has no sample with the stamp of {output}: the stamps must be whole sample_times apart; otherwise set resample"
             ));
         }
         let lead = self.aligner.outputs_ahead();

@@ -202,9 +202,9 @@ impl Source for BagSource {
             Some(_) => stamps::unusable_stamps_reason(&plans.stamps),
         };
         match (unfit, reason) {
-            (_, Some(reason)) => reading
-                .notes
-                .push(format!("{reason}, so the recorder's time is used for all")),
+            (_, Some(reason)) => reading.notes.push(format!(
+                "{reason}, so the recorder's time is used for all signals"
+            )),
             (Some(reason), None) if clock == Clock::Header => {
                 return Err(SourceError::Data(format!(
                     "{reason}; with {} all signals use the recorder's time",

@@ -60,7 +60,7 @@ pub fn types(bag: &BagReader, topic: &Topic) -> Result<Types> {
     let type_name = &kind.type_name;
     let none = match (kind.definition_encoding.as_str(), &*kind.definition) {
         (_, "") | ("ros2msg" | "ros2idl", _) => {
-            format!("the bag does not hold the definition of {type_name}")
+            format!("the bag does not contain the definition of {type_name}")
         }
         _ => format!("{} (of {type_name})", brief(reason)),
     };
@@ -76,9 +76,7 @@ pub fn types(bag: &BagReader, topic: &Topic) -> Result<Types> {
 const OBJECTS: usize = 20;
 
 /// How a user makes a definition available that is not in the bag.
-const RECIPE: &str = "source the workspace that defines it (its prefix in AMENT_PREFIX_PATH) and \
-                      run this again, or convert the bag there with 'ros2 bag convert' to mcap, \
-                      which adds it";
+const RECIPE: &str = "source the workspace that defines it (its prefix in AMENT_PREFIX_PATH) and run this command again, or convert the bag in that workspace with 'ros2 bag convert' to mcap, which adds the definition";
 
 /// What makes messages with such an encoding readable.
 fn remedy(bag: &BagReader, topic: &Topic) -> String {

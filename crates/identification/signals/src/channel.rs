@@ -88,23 +88,23 @@ impl fmt::Display for Change {
                 };
                 write!(
                     f,
-                    "{samples:.1} samples {how} every {period:.3} s, spread evenly over that time"
+                    "{samples:.1} samples {how} every {period:.3} s, so they are spread evenly over that time"
                 )
             }
             Self::Rounded { step } => {
                 write!(
                     f,
-                    "stamps in steps of {step:.6} s, spread evenly within them"
+                    "stamps are rounded to steps of {step:.6} s; samples with one stamp are spread evenly over the step"
                 )
             }
             Self::RepeatsLeftOut { rows } => write!(
                 f,
-                "a new value only every {} rows: repeats are left out",
+                "a new value only every {} rows: repeated values are left out",
                 (10.0 * rows).round() / 10.0
             ),
             Self::Unwrapped { period, wraps } => write!(
                 f,
-                "wraps {wraps} times: unwrapped by {} ({} uses it as it is)",
+                "wraps {wraps} times: unwrapped by {} ({} uses the signal as recorded)",
                 Unwrap::Period(period),
                 setting("unwrap", "no")
             ),
@@ -118,11 +118,11 @@ planesman_text::choices! {
     #[serde(rename_all = "snake_case")]
     pub enum Method {
         #[default]
-        Mean = "mean": "Mean over the interval that starts at the grid point, each sample held until the next; for commands",
-        Foh = "foh": "Mean over the interval that starts at the grid point, straight lines between the samples (first-order hold); for a measured motion",
-        Linear = "linear": "Linear interpolation between the samples before and after the grid point; for measurements",
+        Mean = "mean": "Mean over the interval that starts at the grid point, each sample held until the next; suitable for commands",
+        Foh = "foh": "Mean over the interval that starts at the grid point, straight lines between the samples (first-order hold); suitable for a measured motion",
+        Linear = "linear": "Linear interpolation between the samples before and after the grid point; suitable for measurements",
         Hold = "hold": "Latest sample at or before the grid point",
-        Centred = "centred": "Mean of the samples nearest to the grid point; for measurements much faster than the grid",
+        Centred = "centred": "Mean of the samples nearest to the grid point; suitable for measurements much faster than the grid",
     }
 }
 
@@ -179,9 +179,7 @@ impl Timing {
     pub fn refusal(&self, all: u64) -> Option<String> {
         if self.duplicates as f64 > MOSTLY_REPEATED * all as f64 {
             return Some(format!(
-                "{} of {all} samples share a stamp with another, so their times are not known: \
-                 give the interval between the rows of a table ({}) or another column ({}), and \
-                 for a bag the recorder's time ({})",
+                "{} of {all} samples have the same stamp as another sample, so their times are not known: give the interval between the rows of a table ({}) or another column ({}), and for a bag the recorder's time ({})",
                 self.duplicates,
                 setting("sample_time", "SECONDS"),
                 option("time"),
@@ -190,8 +188,7 @@ impl Timing {
         }
         (self.late as f64 > MOSTLY_LATE * all as f64).then(|| {
             format!(
-                "{} of {all} samples have earlier stamps than samples before them: sort them by \
-                 time, or choose another time: {} for a table, {} for a bag",
+                "{} of {all} samples have earlier stamps than samples before them: sort the samples by time, or choose another time: {} for a table, {} for a bag",
                 self.late,
                 setting("time", "COLUMN"),
                 setting("stamp", "log")

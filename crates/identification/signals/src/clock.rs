@@ -262,7 +262,7 @@ impl ClockFollower {
         let seconds = |stamp: i64| stamp as f64 * 1e-9;
         let told = self.returns.iter().take(TOLD).map(|it| match it.wrap {
             Some(period) => format!(
-                "the clock wraps at {:.3} s ({period}): its time continues",
+                "the clock wraps at {:.3} s ({period}): the later times continue without a jump",
                 seconds(it.from)
             ),
             None => format!(
@@ -278,7 +278,7 @@ impl ClockFollower {
         }
         if self.left_out > 0 {
             notes.push(format!(
-                "{} samples have stamps far ahead of their neighbours, and are left out",
+                "{} samples have stamps far ahead of their neighbours and are left out",
                 self.left_out
             ));
         }

@@ -122,7 +122,7 @@ impl Source for ColumnSource {
                 Time::Column(place, unit) => {
                     format!("of the column '{}'{}", self.columns[place].0, unit.told())
                 }
-                Time::Rows(step) => format!("of the rows, {} s apart", step * 1e-9),
+                Time::Rows(step) => format!("of the rows, which are {} s apart", step * 1e-9),
             },
             unit: match self.time {
                 Time::Column(_, unit) => unit,

@@ -231,7 +231,7 @@ impl Form {
             let spare = names.split_off(width);
             if spare.iter().any(|it| !it.is_empty()) {
                 self.notes.push(format!(
-                    "line {line} has {} names for rows of {width} cells; the last names, {}, have no data",
+                    "line {line} has {} names, but the rows have {width} cells; the last names, {}, have no data",
                     width + spare.len(),
                     some(&spare)
                 ));
@@ -246,8 +246,7 @@ impl Form {
             }
             // As R writes them.
             self.notes.push(format!(
-                "line {line} has one name fewer than its rows have cells: the first cell is taken \
-                 to be the row's number"
+                "line {line} has one name fewer than its rows have cells: the first cell is assumed to be the row's number"
             ));
             names.insert(0, "row".to_owned());
         } else if names.len() < width {
@@ -375,9 +374,7 @@ fn given_delimiter(line: &[u8]) -> Option<u8> {
 
 fn unmatched(line: u64, names: usize, width: usize) -> String {
     format!(
-        "line {line} has {names} names, and the rows below it have {width} cells; give every \
-         column a name, or delete that line (the columns are then c1 to c{width}); if numbers \
-         have a decimal comma, separate the cells by ';' or tabs"
+        "line {line} has {names} names, but the rows below it have {width} cells; give every column a name, or delete that line (the columns are then c1 to c{width}); if numbers have a decimal comma, separate the cells by ';' or tabs"
     )
 }
 

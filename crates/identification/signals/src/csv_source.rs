@@ -247,8 +247,7 @@ impl CsvSource {
             if place.is_none() || is_of_several {
                 let why = match is_of_several {
                     true => format!(
-                        "several signals have the name '{name}', and each row says \
-                        which"
+                        "several signals have the name '{name}', and each row contains the name of its signal"
                     ),
                     false => format!("there is no signal '{name}'"),
                 };
@@ -382,7 +381,7 @@ impl CsvSource {
     fn stamps(&self) -> String {
         let Some(column) = self.time_column() else {
             let step = self.sample_time().unwrap_or(1.0);
-            return format!("of the rows, {step} s apart{}", self.written_told);
+            return format!("of the rows, which are {step} s apart{}", self.written_told);
         };
         let name = |column: usize| &self.form.columns[column];
         let mut text = match self.time_part() {
@@ -390,7 +389,7 @@ impl CsvSource {
             None => format!("of the column '{}'", name(column)),
         };
         if self.time == Time::Rising {
-            text += ", the first, which rises from row to row";
+            text += ", the first column, which increases from row to row";
         }
         if let Time::Parts(_, _, unit) = self.time {
             text += &format!(", in s and {}", unit.name());
@@ -560,8 +559,7 @@ impl Rows<'_> {
         if self.heading.interval != first.interval {
             let line = self.line();
             self.broken = Some(format!(
-                "from line {line} on the rows have another interval, and are left out; make a \
-                 separate file of each part"
+                "from line {line} on the interval between rows is different, so these rows are left out; make a separate file of each part"
             ));
         }
         true

@@ -148,7 +148,7 @@ impl LogReader for DataFlash {
     fn notes(&self) -> Vec<String> {
         let note = || {
             format!(
-                "{} bytes belong to no message: the log is damaged there, or cut off",
+                "{} bytes belong to no message: the log is damaged at these places, or cut off",
                 self.skipped
             )
         };

@@ -29,8 +29,7 @@ pub(crate) fn decimate(record: &mut Record) -> Option<String> {
         .collect();
     record.sample_time *= factor as f64;
     Some(format!(
-        "{} keeps nine tenths of its autocovariance for {stays} samples: means of {factor} are \
-             used, {:.6} samples per second ({} keeps all)",
+        "{} changes little over {stays} samples (90 % of its autocovariance remains): means of {factor} samples are used, {:.6} samples per second ({} keeps all samples)",
         record.outputs.join(", "),
         1.0 / record.sample_time,
         setting("rate", format!("{before:.6}"))

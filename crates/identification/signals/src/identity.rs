@@ -109,8 +109,8 @@ impl Identity {
             }
             if !often(level.changes) {
                 return Ok(Some(format!(
-                    "{signal}: its name changed within the data; it is now '{}'",
-                    names.join("' and of '")
+                    "{signal}: the name in the messages changed within the data: '{}'",
+                    names.join("', '")
                 )));
             }
             return Err(SourceError::Request(level.refusal(signal, &names, kind)));
@@ -135,10 +135,7 @@ impl Level {
         let changes = self.changes;
         if kind == NameKind::Counted {
             return format!(
-                "{signal}: the list now has {}, with {changes} changes, and no names: two \
-                 publishers share {}, or its numbers change their meaning; give each publisher a \
-                 separate topic ('ros2 run topic_tools relay', or a remap), as no message says \
-                 which is which",
+                "{signal}: the list now has {}, with {changes} changes, and no names: two publishers share {}, or the numbers change their meaning; give each publisher a separate topic ('ros2 run topic_tools relay', or a remap), because no message names its publisher",
                 few.join(", now "),
                 signal.topic()
             );
@@ -151,8 +148,7 @@ impl Level {
             format!("'{}:{path}'", signal.topic())
         });
         format!(
-            "{signal}: {what} now of {turns}, with {changes} changes, so the signal mixes \
-             several things; choose one: {}",
+            "{signal}: {what} now of {turns}, with {changes} changes, so the signal mixes several sources; choose one: {}",
             chosen.collect::<Vec<_>>().join(" or ")
         )
     }

@@ -143,7 +143,7 @@ impl Source for JoinedTables {
                 here.map(|(signal, place)| (signal, place.1)).collect();
             if signals.is_empty() {
                 reading.notes.push(format!(
-                    "{}: no signal comes from this table",
+                    "{}: no signal is taken from this table",
                     table.path().display()
                 ));
                 continue;

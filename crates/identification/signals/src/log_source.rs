@@ -242,7 +242,7 @@ impl LogSource {
                     self.told()
                 ),
                 (several, _) => format!(
-                    "{name}: the log has several: {}; choose one",
+                    "{name}: the log has several instances: {}; choose one",
                     listed(several.iter().copied())
                 ),
             }));

@@ -189,7 +189,7 @@ impl LogReader for Telemetry {
         let mut notes = Vec::new();
         if self.skipped > 0 {
             notes.push(format!(
-                "{} bytes belong to no frame: the log is damaged there, or cut off",
+                "{} bytes belong to no frame: the log is damaged at these places, or cut off",
                 self.skipped
             ));
         }
@@ -201,7 +201,7 @@ impl LogReader for Telemetry {
                 ""
             };
             notes.push(format!(
-                "messages of the numbers {}{more} are not known and not read; `mavlogdump.py --types NAME --format csv FILE > NEW.csv` converts them",
+                "messages with the numbers {}{more} are not known and not read; `mavlogdump.py --types NAME --format csv FILE > NEW.csv` converts them",
                 ids.collect::<Vec<_>>().join(", ")
             ));
         }

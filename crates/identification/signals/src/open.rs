@@ -81,8 +81,7 @@ const FRAMES: Remedy = Command(
 /// The first two are also recognised by their text.
 #[rustfmt::skip]
 const FOREIGN: [Foreign; 23] = [
-    (&["blf", "trc"], &[b"LOGG", b";$FILEVERSION"], "a log of CAN frames, whose bytes are not yet \
-        signals", FRAMES),
+    (&["blf", "trc"], &[b"LOGG", b";$FILEVERSION"], "a log of CAN frames, which contain undecoded bytes and no signals", FRAMES),
     (&[], &[], "the output of `ros2 topic echo`", Words("record a bag, `ros2 bag record TOPIC`, or print a table, `ros2 topic echo --csv TOPIC > NEW.csv`")),
     (&["mat"], &[b"MATLAB 5.0"], "a MATLAB file", Command(r#"python -c "import scipy.io, pandas; pandas.DataFrame({k: v.ravel() for k, v in scipy.io.loadmat('FILE').items() if k[0] != '_'}).to_csv('NEW.csv', index=False)""#)),
     (&["mat"], &[b"MATLAB 7.3"], "a MATLAB file of version 7.3", OF_HDF5),
@@ -100,7 +99,7 @@ const FOREIGN: [Foreign; 23] = [
     (&["mf4", "mdf"], &[b"MDF     ", b"UnFinMF "], "an MDF file", Command(r#"python -c "import asammdf; asammdf.MDF('FILE').to_dataframe().to_csv('NEW.csv', index_label='time')""#)),
     (&["rrd"], &[b"RRF"], "a recording of Rerun", Command(r#"python -c "import os, rerun; server = rerun.server.Server(datasets={'d': [os.path.abspath('FILE')]}); client = server.client(); data = client.get_dataset('d'); data.reader(index='log_time').to_pandas().map(lambda v: v[0] if hasattr(v, 'ndim') and len(v) else v).to_csv('NEW.csv', index=False)""#)),
     (&["bbl", "bfl"], &[b"H Product:Blackbox"], "a log of Betaflight's or INAV's blackbox", Command("blackbox_decode FILE")),
-    (&["wpilog", "rlog", "revlog", "dslog", "hoot"], &[b"WPILOG"], "a log of an FRC robot", Words("open it in AdvantageScope, and save it by File > Export Data... as CSV (List)")),
+    (&["wpilog", "rlog", "revlog", "dslog", "hoot"], &[b"WPILOG"], "a log of an FRC robot", Words("open it in AdvantageScope, and save it with File > Export Data... as CSV (List)")),
     (&["bag"], &[b"#ROSBAG V"], "a bag of ROS 1", Command("rosbags-convert --src FILE --dst NEW --dst-storage mcap")),
     (&["active"], &[], "a bag of ROS 1 that was not closed", Command("rosbag reindex FILE && mv FILE NEW && rosbags-convert --src NEW --dst NEW.ros2 --dst-storage mcap")),
     (&["gz"], &[b"\x1f\x8b"], "packed", Command("gunzip -k FILE")),

@@ -25,7 +25,7 @@ pub fn unreachable(record: &Record, band: Band) -> Option<String> {
     let longest = record.segments.iter().map(|it| it.len()).max();
     (longest.unwrap_or_default() <= 2 * lead).then(|| {
         format!(
-            "the prefilter settles in {:.6} s, more than half of the longest segment",
+            "the prefilter needs {:.6} s to settle, which is more than half of the longest segment",
             lead as f64 * record.sample_time
         )
     })

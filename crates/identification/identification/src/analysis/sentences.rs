@@ -467,7 +467,7 @@ fn residuals(finding: &ResidualFinding, against: &str) -> String {
 /// The result of a correlation test in numbers.
 fn evidence(of: &Correlation) -> String {
     format!(
-        "max {:.2}, 99 % bound {:.2}, exceeded at {} of {} lags",
+        "largest correlation {:.2}, 99 % bound {:.2}, exceeded at {} of {} lags",
         of.largest(),
         of.bound,
         of.outside(),

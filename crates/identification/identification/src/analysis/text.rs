@@ -417,7 +417,7 @@ pub(crate) fn interval_of_delay(lag: Option<Lag>) -> String {
     lag.map_or(String::new(), |lag| {
         let (least, most) = lag.interval;
         format!(
-            "{:<12} {least} to {most} samples with 95 %, best {}\n",
+            "{:<12} {least} to {most} samples (95 % confidence), best estimate {}\n",
             "delay", lag.best
         )
     })
@@ -460,7 +460,7 @@ fn modes(reading: &Reading<'_>) -> String {
     if others > 0 {
         let _ = writeln!(
             text,
-            "{:<12} {others} more, not determined: the interval is larger than the pole ({} lists them)",
+            "{:<12} {others} more, not determined: the interval is larger than the pole itself ({} lists them)",
             "mode",
             option("verbose")
         );

@@ -113,7 +113,7 @@ macro_rules! verdicts {
 }
 
 verdicts! {
-    NoEffect: NotUsable, "no_effect", "no model of what the input does";
+    NoEffect: NotUsable, "no_effect", "no model: the input has no effect on the output";
     Undetermined: NotUsable, "undetermined", "the record does not determine a model";
     Inseparable: NotUsable, "inseparable", "the inputs cannot be told apart";
     NotValidated: NotValidated, "not_validated", "not validated";
@@ -129,10 +129,10 @@ verdicts! {
     NoiseLimited { good: false }: Usable, "noise_limited", "usable: the noise limits its fit";
     NoiseLimited { good: true }: Good, "noise_limited", "good: the noise limits its fit";
     Unusable: NotUsable, "does_not_simulate", "not usable for simulation";
-    Unsteady: UsableWithCare, "unsteady", "usable with care: it does not hold all along the record";
+    Unsteady: UsableWithCare, "unsteady", "usable with care: the model does not fit all parts of the record";
     TimeDoubtful: UsableWithCare, "time_doubtful", "usable with care: the times are in doubt";
-    Mixed: UsableWithCare, "mixed", "usable with care: a signal seems to be of two publishers in turns";
-    Early: UsableWithCare, "early", "usable with care: the output seems to come before its input";
+    Mixed: UsableWithCare, "mixed", "usable with care: a signal seems to mix the values of two publishers";
+    Early: UsableWithCare, "early", "usable with care: the output seems to move before its input";
     GainUndetermined: UsableWithCare, "gain_undetermined", "usable with care: the steady-state gain is not determined";
     ParametersUndetermined: UsableWithCare, "parameters_undetermined", "usable with care: the data does not determine every parameter";
     DynamicsMissing: UsableWithCare, "dynamics_missing", "usable with care: dynamics are missing";
@@ -202,11 +202,11 @@ impl Verdict {
                     .to_owned()
             }
             Self::Undetermined => format!(
-                "record again with a richer input (PRBS, several steps), or ask for a lower order: {}",
+                "record again with an input of more variation (PRBS, several steps), or use a lower order: {}",
                 setting("order", 1)
             ),
             Self::Inseparable => {
-                "record again with each input moving by itself: one after the other, or by a PRBS of its own"
+                "record again with each input moving independently: one after the other, or each with a separate PRBS"
                     .to_owned()
             }
             Self::NotValidated => "record for longer, with the input moving to the end".to_owned(),
@@ -217,51 +217,51 @@ impl Verdict {
                 setting("method", "armax")
             ),
             Self::NotLinear { .. } => format!(
-                "fit levels or times separately: {window}; or equations of your own: {}",
+                "fit input levels or times separately: {window}; or use your own equations: {}",
                 option("equations")
             ),
             Self::Disturbed { .. } => format!(
-                "record the disturbance as one more input, or leave out the time when it acts: {window}"
+                "record the disturbance as an additional input, or leave out the time when it acts: {window}"
             ),
             Self::NoiseLimited { .. } => format!(
-                "record for longer or excite more, for narrower intervals; or write it: {write}"
+                "record for longer or excite more to get narrower intervals; or write the model: {write}"
             ),
             Self::Unusable => format!(
-                "look at the page for where it fails: {page}; then choose a segment: {window}"
+                "look at the page to see where the model fails: {page}; then choose a segment: {window}"
             ),
-            Self::Unsteady => format!("fit each segment by itself: {window}"),
+            Self::Unsteady => format!("fit each segment separately: {window}"),
             Self::TimeDoubtful => format!(
-                "name the unit or column of the time: {}, {}; for a bag, the clock: {}",
+                "name the unit or column of the time: {}, {}; for a bag, name the clock: {}",
                 option("time_unit"),
                 option("time"),
                 setting("stamp", "log")
             ),
             Self::Mixed => format!(
-                "record each publisher under its own name, or choose one: {}, {}",
+                "record each publisher under a separate name, or choose one publisher: {}, {}",
                 option("input"),
                 option("output")
             ),
             Self::Early => format!(
-                "look at the stamps ({}, {}), or give the reference of the loop: {reference}",
+                "check the stamps ({}, {}), or give the reference of the loop: {reference}",
                 option("stamp"),
                 option("time")
             ),
             Self::GainUndetermined => {
-                "record steps that are held until the output settles".to_owned()
+                "record steps, each held until the output settles".to_owned()
             }
             Self::ParametersUndetermined => {
                 "fix one of the parameters named above (fixed: VALUE), or record a manoeuvre that separates them"
                     .to_owned()
             }
             Self::DynamicsMissing => format!(
-                "let order, delay and method be chosen: {}",
+                "let the program choose order, delay and method: {}",
                 setting("method", "automatic")
             ),
             Self::Usable => format!(
-                "compare with another method: {}; page: {page}",
+                "compare with another method: {}; to see the page: {page}",
                 setting("method", "armax")
             ),
-            Self::Good => format!("write it for the simulator and the controller: {write}"),
+            Self::Good => format!("write the model for the simulator and the controller: {write}"),
         }
     }
 

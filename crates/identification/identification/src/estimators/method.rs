@@ -22,15 +22,13 @@ planesman_wording::choices! {
         #[default]
         Automatic = "automatic": "Output error, Box-Jenkins or ARX, with order and delay, by cross-validation",
         OutputError = "output_error": "Minimises the simulation error; no bias from noise of any colour",
-        BoxJenkins = "box_jenkins": "Output error with an autoregressive noise model; for \
-            disturbances",
-        Armax = "armax": "Minimises the one-step error, with a noise model; for disturbances and feedback",
-        LeastSquares = "least_squares": "Minimises the equation error, as in the thesis; for \
-            clean data",
-        N4sid = "n4sid": "Subspace method without a search: poles from states by canonical variates (Jansson 2003)",
-        Fir = "fir": "Finite impulse response by least squares, its length by the Bayesian criterion",
-        Process = "process": "Gain, one or two time constants and dead time, in continuous time; for step tests",
-        Frf = "frf": "Frequency response with coherence, and a transfer function with dead time fitted to it; for chirps",
+        BoxJenkins = "box_jenkins": "Output error with an autoregressive noise model; suitable for disturbances",
+        Armax = "armax": "Minimises the one-step prediction error, with a noise model; suitable for disturbances and feedback",
+        LeastSquares = "least_squares": "Minimises the equation error, as in the thesis; suitable for clean data",
+        N4sid = "n4sid": "Subspace method without an iterative search: poles from states by canonical variates (Jansson 2003)",
+        Fir = "fir": "Finite impulse response by least squares; the Bayesian criterion chooses its length",
+        Process = "process": "Gain, one or two time constants and dead time, in continuous time; suitable for step tests",
+        Frf = "frf": "Frequency response with coherence, and a transfer function with dead time fitted to it; suitable for chirps",
         RecursiveLeastSquares = "recursive_least_squares": "Least squares, recursively",
         ExtendedLeastSquares = "extended_least_squares": "ARMAX by pseudo-linear regression, recursively",
         RecursivePredictionError = "recursive_prediction_error": "ARMAX, recursively",

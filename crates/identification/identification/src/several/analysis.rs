@@ -377,8 +377,7 @@ fn still_input(record: &Record, segments: &[&Segment]) -> Result<()> {
             let moved = segments.iter().any(|it| range(&it.inputs[input]) > 0.0);
             let when = match (moved, segments.len()) {
                 (true, _) => {
-                    "moves only in the first samples, where an earlier motion is not \
-                    known"
+                    "moves only in the first samples, when the earlier motion of the input is not known"
                 }
                 (false, 1) => "is constant",
                 (false, _) => "is constant in every segment, and each segment has its own offset",

@@ -145,8 +145,8 @@ impl ResidualTests {
     pub fn each(&self) -> [(&'static str, Correlation); 3] {
         [
             ("white", self.whiteness.clone()),
-            ("free of earlier inputs", self.of_earlier_inputs()),
-            ("free of later inputs", self.of_later_inputs()),
+            ("uncorrelated with earlier inputs", self.of_earlier_inputs()),
+            ("uncorrelated with later inputs", self.of_later_inputs()),
         ]
     }
 

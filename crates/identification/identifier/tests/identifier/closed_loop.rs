@@ -802,7 +802,8 @@ fn an_input_that_is_never_stamped_when_the_output_is_is_said_to_be_so() {
     assert_eq!(identifier.estimate(stamp(0)).samples, 0);
     let trouble = identifier.pairs()[0].trouble().unwrap();
     assert!(
-        trouble.contains("plane_motion:dive_planes is not stamped when state:pitch_rate is"),
+        trouble
+            .contains("plane_motion:dive_planes has no sample with the stamp of state:pitch_rate"),
         "{trouble}"
     );
 }

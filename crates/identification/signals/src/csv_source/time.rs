@@ -219,7 +219,7 @@ impl CsvSource {
         let (Some(column), false) = (self.time_column(), matches!(self.time, Time::Parts(..)))
         else {
             if asked.sample_time.is_none() && self.form.heading.has_interval() {
-                self.written_told = ", the Delta_X of its heading".to_owned();
+                self.written_told = ", the Delta_X in its heading".to_owned();
             }
             return Ok(());
         };
@@ -305,11 +305,11 @@ impl CsvSource {
             (false, false) if leaps == [0, 0] => (Order::MonthFirst, String::new()),
             (false, false) if leaps[0] == 0 => (
                 Order::DayFirst,
-                told("day/month/year: only so do their rows follow each other"),
+                told("day/month/year: only in this order do the rows follow each other"),
             ),
             (false, false) if leaps[1] == 0 => (
                 Order::MonthFirst,
-                told("month/day/year: only so do their rows follow each other"),
+                told("month/day/year: only in this order do the rows follow each other"),
             ),
             _ => {
                 return Err(SourceError::Data(format!(
