@@ -299,7 +299,7 @@ fn messages_that_are_there_twice_are_named_and_count_once() {
     bag(folder.path(), &[("/cmd", IMU), ("/imu", IMU)], &all);
     let answer = fitted_imu(&folder, &[]);
     answer.is_the_plant(SAMPLES as u64);
-    answer.says("/imu: 2000 of 4000 messages have the same stamp as the one before");
+    answer.says("/imu: 2000 of 4000 messages have the same stamp as the previous message");
 }
 
 /// A payload, written by hand: plain CDR, little endian.

@@ -86,7 +86,7 @@ fn the_last_bit_of_one_field_of_one_message_is_found_with_its_stamp_and_values()
     let [was, is] = rewritten(&a, &b, Some(41), options(Compression::None));
     let first = "first difference: /auv/plane_command field dive_planes at stamp 2.050000000 (message 42): ";
     let values = format!("{first}{was} in A, {is} in B");
-    let before = "(1 ulp); the 41 messages before it are equal";
+    let before = "(1 ulp); the 41 messages before this one are equal";
     differs(
         &stage,
         &[&a, &b],
@@ -261,14 +261,14 @@ fn messages_are_paired_by_their_stamps_and_bits_are_compared() {
     against(
         &twice,
         &others,
-        &["equal: ", "2 messages are twice in a recording"],
+        &["equal: ", "2 messages occur twice in a recording"],
     );
     // Two publishers of a topic, one received late.
     let late: Vec<_> = [&all[..4], &all[5..8], &all[4..5], &all[8..]].concat();
     against(
         &late,
         &others,
-        &["equal: 13 messages", "1 messages are in a different order"],
+        &["equal: 13 messages", "1 messages have a different order"],
     );
     // A clock that starts again.
     let again: Vec<_> = all.iter().map(|it| (it.0 + 500, it.1)).collect();

@@ -927,7 +927,7 @@ fn a_reader_that_does_not_acknowledge_loses_and_is_named_and_nobody_else(
         let says = "/auv/numbers: the subscription ";
         let named = log.any(|line| {
             let line = text(&line["msg"]);
-            line.starts_with(says) && line.contains(" does not acknowledge and has lost ")
+            line.starts_with(says) && line.contains(" does not acknowledge messages and has lost ")
         });
         assert!(named, "the one that is deaf");
     });

@@ -64,8 +64,7 @@ pub(crate) fn prefilter(record: &mut Record, band: Band) -> String {
         _ => format!("below {} Hz pass", band.1),
     };
     format!(
-        "frequencies {passed}; the first {:.6} s of each segment, in which the filters settle, \
-         are left out",
+        "frequencies {passed}; the first {:.6} s of each segment are left out, because the filters settle in this time",
         lead as f64 * record.sample_time
     )
 }

@@ -59,10 +59,10 @@ planesman_text::choices! {
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum Outliers {
         #[default]
-        Outputs = "outputs": "Replace those of outputs by the straight line between their neighbours",
-        Report = "report": "Report them and use them",
-        Drop = "drop": "Replace those of inputs too",
-        Keep = "keep": "Do not look for them",
+        Outputs = "outputs": "Replace outliers of outputs by the straight line between their neighbours",
+        Report = "report": "Report outliers and use them",
+        Drop = "drop": "Replace outliers of inputs too",
+        Keep = "keep": "Do not look for outliers",
     }
 }
 
@@ -72,7 +72,7 @@ planesman_text::choices! {
     pub enum SegmentChoice {
         #[default]
         All = "all": "All data",
-        Auto = "auto": "The longest part in which the input moves",
+        Auto = "auto": "Use the longest part of the record in which the input moves",
     }
 }
 
@@ -82,8 +82,8 @@ planesman_text::choices! {
     pub enum Trend {
         #[default]
         None = "none": "Nothing",
-        Mean = "mean": "The mean of each segment",
-        Line = "line": "The straight line nearest to each segment: for sensors that drift",
+        Mean = "mean": "Subtract the mean of each segment",
+        Line = "line": "Subtract the straight line nearest to each segment: for sensors that drift",
     }
 }
 
@@ -184,17 +184,16 @@ pub fn without_dynamics(record: &Record, at_rest: bool, is_static: bool) -> Opti
             let help = match (is_input, first == 0.0) {
                 (false, _) => String::new(),
                 (true, false) => format!(
-                    "; if the output was at rest before the first sample, {} makes it a step there",
+                    "; if the output was at rest before the first sample, use {} to make the input a step there",
                     option("at_rest")
                 ),
                 (true, true) => {
-                    "; a free motion alone determines no gain: record the input that starts it, \
-                     or one that moves"
+                    "; a free motion alone determines no gain: record the input that starts the motion, or an input that moves later"
                         .to_owned()
                 }
             };
             return Some(format!(
-                "{name} is constant: {first} in all {samples} samples; it determines no model{help}"
+                "{name} is constant: {first} in all {samples} samples; it does not determine a model{help}"
             ));
         }
     }
@@ -215,8 +214,7 @@ pub fn without_dynamics(record: &Record, at_rest: bool, is_static: bool) -> Opti
     let is_impulse = || ends() && outputs().next() == Some(&0.0);
     if is_proportional && record.samples() > 2 && is_impulse() {
         return Some(format!(
-            "{input} moves only in its first sample: {output} may be {input} times {:.6}, or the \
-             response to an impulse; {} makes it an impulse from rest",
+            "{input} moves only in its first sample, so it cannot be separated from the initial state: {output} may be {input} times {:.6}, or the response to an impulse; {} assumes an impulse from rest",
             Short(gain),
             option("at_rest")
         ));
@@ -224,8 +222,7 @@ pub fn without_dynamics(record: &Record, at_rest: bool, is_static: bool) -> Opti
     is_proportional.then(|| {
         let feedback = match may_be_feedback {
             true => format!(
-                " if {input} does not follow {output}; if {input} is feedback of the output alone, with a gain of {:.6}, the record does not \
-                 show the plant",
+                " if {input} does not follow {output}; if {input} is only feedback of the output, with a gain of {:.6}, the record does not show the plant",
                 Short(1.0 / gain)
             ),
             false => String::new(),
@@ -275,15 +272,14 @@ fn outliers(record: &mut Record, asked: Outliers) -> Vec<Step> {
         let done = match drop {
             true => "replaced by the straight line between their neighbours".to_owned(),
             false => format!(
-                "used as they are ({} replaces them)",
+                "used as recorded ({} replaces these samples)",
                 setting("outliers", "drop")
             ),
         };
         steps.push(Step {
             name: StepName::Outliers,
             text: format!(
-                "{name}: {count} sample{} far from the neighbours, the first at {:.3} \
-                 s{of_segment}: {:.4} where they are about {:.4}; {done}",
+                "{name}: {count} sample{} far from the neighbours, the first at {:.3} s{of_segment}: {:.4}, while the neighbours are about {:.4}; {done}",
                 if count == 1 { "" } else { "s" },
                 at as f64 * record.sample_time,
                 Short(lists[segment][at]),
@@ -485,7 +481,7 @@ fn excited_segment(record: &mut Record) -> Option<Step> {
     Some(Step {
         name: StepName::Segment,
         text: format!(
-            "{input} moves longest from {}: {} of {samples} samples are used",
+            "{input} moves longest from {}: the fit uses {} of {samples} samples",
             parts.join(", "),
             record.samples()
         ),

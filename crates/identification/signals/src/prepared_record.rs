@@ -200,10 +200,10 @@ fn decimation(resampled: &Resampled) -> Vec<Step> {
     let step = |output: &Channel| {
         let how = match output.method {
             Method::Centred | Method::Mean | Method::Foh => {
-                "those between two instants are averaged".to_owned()
+                "samples between two grid points are averaged".to_owned()
             }
             Method::Linear | Method::Hold => format!(
-                "those between two instants are left out, so faster motion folds into slower ({} averages them)",
+                "samples between two grid points are left out, so motion faster than the grid is aliased ({} averages them)",
                 setting("output_method", "centred")
             ),
         };
@@ -273,7 +273,7 @@ fn check_order(resampled: &Resampled, reading: &mut Reading) -> Result<()> {
             "{}: {late} of {all} samples have earlier stamps than samples before them",
             channel.name
         );
-        reading.clock.push(told + ", and are left out");
+        reading.clock.push(told + ", and these are left out");
         reading.is_time_doubtful = true;
     }
     Ok(())
@@ -298,7 +298,7 @@ fn channel_description(channel: &Channel) -> String {
     }
     if channel.held > 0.0 {
         text += &format!(
-            "; a sample held for up to {:.3} s ({} limits it)",
+            "; a sample is held for up to {:.3} s ({} limits it)",
             channel.held,
             setting("max_gap", "SECONDS")
         );

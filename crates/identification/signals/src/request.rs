@@ -116,7 +116,7 @@ impl Reading {
                 .then(|| format!(", in {} {} Hz", it.name(), number(rate)))
         });
         let told = format!(
-            "the unit of the times is not given: in {}{how} the rate is {} Hz{} ({} sets it)",
+            "the unit of the times is not given: in {}{how} the rate is {} Hz{} ({} sets the unit)",
             unit.name(),
             number(rate),
             others.collect::<String>(),

@@ -407,7 +407,7 @@ impl Timed {
             count => format!("; {count} {what}"),
         };
         Self {
-            absent: counted(channel.timing.absent, "messages do not have it"),
+            absent: counted(channel.timing.absent, "messages do not have this field"),
             not_finite: counted(channel.timing.not_finite, "are not finite"),
         }
     }

@@ -99,11 +99,11 @@ impl Stamps {
         let all = |count: u64| self.messages >= FEW && count >= self.messages / 10 * 9;
         let topic = &self.topic;
         if all(self.unfilled) {
-            return Some(format!("the headers of {topic} are not filled (stamp 0)"));
+            return Some(format!("the headers of {topic} contain no stamp (stamp 0)"));
         }
         all(self.repeats).then(|| {
             format!(
-                "the stamps of {topic} do not advance: {} of {} equal that of the message before",
+                "the stamps of {topic} do not advance: {} of {} equal the previous stamp",
                 self.repeats, self.messages
             )
         })
@@ -116,15 +116,13 @@ impl Stamps {
         let half = messages / 2;
         if messages >= FEW && self.repeats.abs_diff(half) <= messages / 20 {
             return Some(format!(
-                "{} of {messages} messages have the same stamp as the one before: they are \
-                 recorded twice, or come from two publishers",
+                "{} of {messages} messages have the same stamp as the previous message: they were recorded twice, or come from two publishers",
                 self.repeats
             ));
         }
         (clock == Clock::Header && self.unfilled > 0).then(|| {
             format!(
-                "{} of {messages} messages have no stamp (0) and are left out; {} uses the \
-                 recorder's",
+                "{} of {messages} messages have no stamp (0) and are left out; {} uses the recorder's time",
                 self.unfilled,
                 setting("stamp", "log")
             )
@@ -203,7 +201,7 @@ pub(crate) fn lag(latencies: &[(String, f64)], clock: Clock) -> Option<String> {
     let log = setting("stamp", "log");
     if difference > OTHER_CLOCK || (least < -LAG && clock == Clock::Log) {
         let remedy = match clock {
-            Clock::Header => format!("; {log} uses the recorder's for all"),
+            Clock::Header => format!("; {log} uses the recorder's time for all signals"),
             Clock::Log => String::new(),
         };
         return Some(format!(
@@ -213,8 +211,7 @@ pub(crate) fn lag(latencies: &[(String, f64)], clock: Clock) -> Option<String> {
     }
     let ahead = match least < -LAG {
         true => format!(
-            "; stamps later than their reception come from a clock that is ahead ({log} uses the \
-             recorder's for all)"
+            "; stamps later than their reception come from a clock that is ahead ({log} uses the recorder's time for all signals)"
         ),
         false => String::new(),
     };

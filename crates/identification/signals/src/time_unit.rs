@@ -240,7 +240,7 @@ pub(crate) fn judged(numbers: &[f64]) -> JudgedUnit {
         return match step {
             _ if *first < RUNNING => is(
                 TimeUnit::S,
-                Known::Likely("though milliseconds have such steps"),
+                Known::Likely("although milliseconds can have such steps"),
             ),
             step if step < FAST => is(TimeUnit::Ms, Known::Likely("by their size")),
             _ => is(TimeUnit::Us, Known::Likely("by their size")),

@@ -94,20 +94,20 @@ fn experiment(kind: PropertyKind, value: f64, unit: &str, crossover: f64) -> Str
     let period = std::f64::consts::TAU / crossover;
     match kind {
         PropertyKind::Gain => format!(
-            "larger steps of the input, or more of them, each held for some {:.3} s, and the output's noise kept low",
+            "use larger steps of the input, or more steps, each held for about {:.3} s, and keep the output's noise low",
             3.0 * period
         ),
         PropertyKind::Pole if unit == "s" => format!(
-            "an input that switches about every {:.3} s (a PRBS or square wave), for several times as long as this record",
+            "use an input that switches about every {:.3} s (a PRBS or square wave), for several times as long as this record",
             value.abs()
         ),
         PropertyKind::Pole | PropertyKind::Damping => format!(
-            "a chirp through the mode, from {:.3} to {:.3} rad/s",
+            "use a chirp that passes the mode, from {:.3} to {:.3} rad/s",
             0.3 * crossover.min(value.abs().max(1e-9)),
             3.0 * crossover.max(value.abs())
         ),
         PropertyKind::Delay => {
-            "more sharp edges of the input (a square wave rather than a ramp), recorded at a higher rate with stamps of the samples themselves".to_owned()
+            "use an input with more sharp edges (a square wave rather than a ramp), recorded at a higher rate with the stamps of the samples themselves".to_owned()
         }
     }
 }

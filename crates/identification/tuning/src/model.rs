@@ -138,8 +138,7 @@ impl UncertainModel {
                 Side::Output => ("output", "the measured value"),
             };
             notes.push(format!(
-                "gains and margins are those of the linear dynamics, without the static curve \
-                 ({}) of the {side}; put its inverse on {undone}",
+                "gains and margins are those of the linear dynamics, without the static curve ({}) of the {side}; apply the inverse of the curve to {undone}",
                 curve.kind
             ));
         }
@@ -350,7 +349,7 @@ impl UncertainModel {
                 let lag = -(crate::plant::backward(&plant.b, q) / size).argument() / frequency;
                 let delay = plant.delay as f64 * plant.tick + lag;
                 found.push(of(
-                    "delay less the lead of the zeros",
+                    "delay minus the lead of the zeros",
                     "s",
                     PropertyKind::Delay,
                     delay,

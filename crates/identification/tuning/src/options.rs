@@ -9,11 +9,11 @@ planesman_text::choices! {
     /// The method for the gains.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Method {
-        Simc = "simc": "Skogestad's rule on the model reduced by the half rule",
-        Lambda = "lambda": "A closed loop of one time constant, lambda, on the reduced model",
-        Placement = "placement": "Poles of a model of first order (PI) or second order (PID)",
-        Margins = "margins": "The largest integral gain within the margins; with a crossover the phase margin there",
-        Optimise = "optimise": "The least integrated absolute error after a step of the load, within the margins",
+        Simc = "simc": "Skogestad's rule for a model reduced by the half rule",
+        Lambda = "lambda": "A closed loop with one time constant, lambda, for the reduced model",
+        Placement = "placement": "Poles of the closed loop, for a model of first order (PI) or second order (PID)",
+        Margins = "margins": "The largest integral gain that keeps the margins; with a crossover the phase margin at that frequency",
+        Optimise = "optimise": "The smallest integrated absolute error after a step of the load, while the margins are kept",
     }
 }
 

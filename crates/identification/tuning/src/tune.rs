@@ -106,7 +106,7 @@ pub fn tune(file: &ModelFile, options: &TuneOptions) -> Result<Tuning> {
     let mut plants: Vec<_> = drawn.iter().filter_map(seen_at).collect();
     if plants.len() < drawn.len() {
         notes.push(format!(
-            "{} of {} random models have no continuous counterpart and are left out",
+            "{} of {} random models have no equivalent in continuous time and are left out",
             drawn.len() - plants.len(),
             drawn.len()
         ));
@@ -117,9 +117,7 @@ pub fn tune(file: &ModelFile, options: &TuneOptions) -> Result<Tuning> {
         plants.retain(Plant::decays);
         if plants.len() < all {
             notes.push(format!(
-                "{} of {all} random models are unstable although the model is stable, and are \
-                 left out: the data hardly determines some of its modes; fit it with a lower {}, \
-                 or {}",
+                "{} of {all} random models are unstable although the model is stable, and are left out: the data hardly determines some of the model's modes; fit a model with a lower {}, or {}",
                 all - plants.len(),
                 option("order"),
                 setting("method", "process")
@@ -213,8 +211,7 @@ impl Task<'_> {
             (Ok(it), true) if it.integrators() < 2 => (
                 Kind::Pid,
                 format!(
-                    "the second time constant, {:.4} s, is longer than the dead time of {:.4} s: \
-                     a derivative is worthwhile",
+                    "the second time constant, {:.4} s, is longer than the dead time of {:.4} s: a derivative term helps",
                     it.second(),
                     it.delay
                 ),
@@ -227,13 +224,12 @@ impl Task<'_> {
                 Kind::Pi,
                 match it.second() > 0.0 {
                     true => format!(
-                        "the second time constant, {:.4} s, is shorter than the dead time of \
-                         {:.4} s: a derivative improves little",
+                        "the second time constant, {:.4} s, is shorter than the dead time of {:.4} s: a derivative term improves little",
                         it.second(),
                         it.delay
                     ),
                     false => {
-                        "the model is of first order with dead time: a derivative improves little"
+                        "the model is of first order with dead time: a derivative term improves little"
                             .to_owned()
                     }
                 },
@@ -370,7 +366,7 @@ impl Task<'_> {
             let delay = dynamics.delay + 0.5 * self.sampling.tick;
             return Ok((dynamics.gain, dynamics.denominator()?, delay, None));
         }
-        let reduced = self.fit_for(Method::Placement, kind, "a model of first order (pi) or second order (pid), or one that the half rule reduces to such")?;
+        let reduced = self.fit_for(Method::Placement, kind, "a model of first order (pi) or second order (pid), or a model that the half rule reduces to such a model")?;
         let factor = |tau: f64| {
             if tau.is_infinite() {
                 vec![1.0, 0.0]
@@ -545,16 +541,16 @@ impl Task<'_> {
         );
         let best = match best {
             Some(best) if best.unstable() < MISSED => format!(
-                "the best have {:.1} deg, {:.1} dB and {:.2} there",
+                "the best gains reach {:.1} deg, {:.1} dB and {:.2} in 95 % of the plants",
                 best.phase().quantile(MISSED),
                 best.gain().quantile(MISSED),
                 best.sensitivity().quantile(1.0 - MISSED)
             ),
             Some(best) => format!(
-                "with the best {:.0} % of these are unstable",
+                "even with the best gains {:.0} % of these plants are unstable",
                 100.0 * best.unstable()
             ),
-            None => "the model itself keeps them with no gains".to_owned(),
+            None => "no gains keep these limits even for the model itself".to_owned(),
         };
         TuneError::OutOfReach {
             method: method.name(),
@@ -581,19 +577,18 @@ impl Task<'_> {
                 _ => String::new(),
             };
             return format!(
-                "No gains of this kind keep them even for the model itself: {derivative}looser \
-                 limits, as {looser}"
+                "Even for the model itself, no gains of this kind keep the limits: {derivative}looser limits, for example {looser}"
             );
         };
         let own = self.seen.margins(&controller);
         let causes = causes(model, &self.sampling, &controller, &own).unwrap_or_default();
         match causes.first() {
             Some(cause) => format!(
-                "The model is too uncertain, most in {}: {}. Or use looser limits, as {looser}",
+                "The model is too uncertain, mostly in {}: {}. Or use looser limits, for example {looser}",
                 cause.name, cause.experiment
             ),
             None => format!(
-                "Try {}, or looser limits, as {looser}",
+                "Try {}, or looser limits, for example {looser}",
                 setting("method", "optimise")
             ),
         }

@@ -43,7 +43,7 @@ pub(crate) fn present(
         false => Vec::new(),
     };
     let said = format!(
-        "its metadata.yaml lists {}, which does not exist",
+        "the bag's metadata.yaml lists {}, which does not exist",
         self::listed(&missing)
     );
     if !others.is_empty() {
@@ -77,7 +77,7 @@ pub(crate) fn instead(folder: &Path) -> String {
     if !bags.is_empty() {
         bags.sort();
         return format!(
-            ", but folders with bags ({}): name one of them, or all of them as separate experiments",
+            ", but it contains folders with bags ({}): name one of them, or all of them as separate experiments",
             listed(&bags)
         );
     }
@@ -86,7 +86,7 @@ pub(crate) fn instead(folder: &Path) -> String {
     endings
         .find_map(|ending| match ending.to_str()? {
             "bag" => Some(format!(
-                ", but .bag files of ROS 1; convert them with {CONVERTER}"
+                ", but it contains .bag files of ROS 1; convert them with {CONVERTER}"
             )),
             _ => None,
         })

@@ -106,7 +106,11 @@ impl fmt::Display for BagInfo {
             }
         }
         if self.omitted > 0 {
-            write!(f, "\n  and {} more topics (memory limit)", self.omitted)?;
+            write!(
+                f,
+                "\n  and {} more topics (not counted, because of the memory limit)",
+                self.omitted
+            )?;
         }
         Ok(())
     }

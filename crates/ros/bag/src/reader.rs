@@ -166,7 +166,7 @@ impl BagReader {
                 Completeness::Truncated {
                     path: folder.to_owned(),
                     readable: None,
-                    reason: "it has no metadata.yaml, so it was not closed".to_owned(),
+                    reason: "the bag has no metadata.yaml, so it was not closed".to_owned(),
                 }
             }
             Err(error) => Completeness::Unknown {
@@ -678,7 +678,7 @@ fn completeness(
             path: path.to_owned(),
             readable: None,
             reason: format!(
-                "its metadata.yaml lists {} messages, its files contain {counted}",
+                "the bag's metadata.yaml lists {} messages, but its files contain {counted}",
                 metadata.message_count
             ),
         },

@@ -194,7 +194,7 @@ fn take_section(
         let mut raw = || {
             arguments
                 .next()
-                .ok_or_else(|| BadArgument::new(&argument, "its value is missing"))
+                .ok_or_else(|| BadArgument::new(&argument, "the argument's value is missing"))
         };
         if argument == "--params-file" {
             ros.parameters.push(ParameterSource::File(raw()?.into()));

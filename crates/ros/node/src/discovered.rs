@@ -89,7 +89,7 @@ pub(crate) fn publishing_nodes(participant: &DomainParticipant, topic: &str) -> 
         let nodes = served.iter().filter_map(|it| it.strip_suffix(ending));
         let names: Vec<&str> = nodes.collect();
         match names.is_empty() {
-            true => "a node that serves no parameters".to_owned(),
+            true => "a node that has no parameter services".to_owned(),
             false => names.join(" or "),
         }
     };

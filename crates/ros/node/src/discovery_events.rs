@@ -56,7 +56,7 @@ impl DiscoveryEvents {
             } => {
                 if let Some(topic) = topic_of_reader(shared, *remote_reader) {
                     let text = format!(
-                        "the subscription {} does not acknowledge and has lost {count} messages",
+                        "the subscription {} does not acknowledge messages and has lost {count} of them",
                         gid(*remote_reader)
                     );
                     shared.warn(&topic, &text);

@@ -123,7 +123,7 @@ impl Endpoint {
         }
         let objection = match (announced_hash(&writer), &self.types.hash) {
             (Some(theirs), Some(ours)) if theirs != *ours => format!(
-                "a publisher uses another version of {} ({theirs}, this node has {ours})",
+                "a publisher uses another version of {} ({theirs}; this node has {ours})",
                 self.types.ros
             ),
             _ => String::new(),

@@ -323,7 +323,7 @@ impl Speakers {
         };
         let node = nodes.iter().find(is_another)?;
         Some(format!(
-            "it concerns the node {node}, which does not belong to the sender"
+            "the message is about the node {node}, which does not belong to the sender"
         ))
     }
 }

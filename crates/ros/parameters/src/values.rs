@@ -16,7 +16,7 @@ pub fn probably_meant(name: &str, declarations: &[Declaration]) -> String {
     let names = || declarations.iter().map(|d| d.name.as_str());
     let renamed = name.replace(RENAMED.0, RENAMED.1);
     if renamed != name && names().any(|known| known == renamed) {
-        return format!("; its name is '{renamed}' now");
+        return format!("; the parameter is now called '{renamed}'");
     }
     did_you_mean(name, names())
 }

@@ -174,7 +174,7 @@ impl<E: 'static> Runtime<E> {
         runtime.watch_middleware(participant.thread_watch(), fail);
         let range = match (domain.local, peers.as_slice()) {
             (true, []) => ", this machine only".to_owned(),
-            (true, peers) => format!(", this machine and static peers {peers:?} only"),
+            (true, peers) => format!(", only this machine and the static peers {peers:?}"),
             (false, []) => String::new(),
             (false, peers) => format!(", static peers {peers:?}"),
         };

@@ -40,7 +40,7 @@ pub fn size_table(set: &ActuatorSet) -> Table {
 pub fn size_text(set: &ActuatorSet) -> String {
     format!(
         "{}\n{}\n\n{}\n\
-         Limit cycle predicted by describing functions, open loop, single-speed:\n  \
+         Limit cycle predicted by describing functions, actuator in open loop, single-speed:\n  \
          AUV's depth loop (Brunner, T6), no leakage: {}\n",
         set.name,
         set.source,
@@ -94,7 +94,7 @@ pub fn frequency_text(set: &ActuatorSet) -> Result<String, planesman_linear::Err
     let model = linearised::actuator(set, Ram::OnItsOil)?;
     let quanta = [1.0, 4.0, 16.0];
     let mut text = format!(
-        "{}: plane angle over plane command, in the position loop\n\n{:>4} {:>18}",
+        "{}: plane angle divided by plane command, in the position loop\n\n{:>4} {:>18}",
         set.name, "Hz", "linear"
     );
     for n in quanta {

@@ -350,7 +350,7 @@ fn lines_of(judged: &Judgement, verbose: bool) -> String {
         Some(routh) => {
             let verdict = match routh.unstable_roots() {
                 Some(0) => "stable".to_owned(),
-                Some(n) => format!("UNSTABLE, {n} poles to the right"),
+                Some(n) => format!("UNSTABLE, {n} poles in the right half-plane"),
                 None => "at the limit of stability".to_owned(),
             };
             let column: Vec<String> = routh.first.iter().map(|c| format!("{c:.3e}")).collect();

@@ -47,7 +47,7 @@ impl Design {
     pub fn name(&self) -> String {
         match self.coding {
             Some((coding, count)) => format!("{} {count}, {}", coding.name(), self.law.name()),
-            None => format!("as in the file, {}", self.law.name()),
+            None => format!("valves as in the file, {}", self.law.name()),
         }
     }
 }
@@ -273,7 +273,7 @@ impl Outcome {
     pub fn winner(&self) -> String {
         let of = self.designs.len();
         if !self.front.contains(&true) {
-            return format!("No design of {of} follows the load cycle.");
+            return format!("None of the {of} designs follows the load cycle.");
         }
         let (design, it) = &self.designs[self.middle()];
         let figures = &it.mean;
@@ -298,7 +298,7 @@ impl Outcome {
         // Writing to a String does not fail.
         let _ = writeln!(
             text,
-            "Load cycle {cycle_name}, {} s; {} designs, {count} of them not beaten (no other design is better in energy, tracking, peak pressure, switchings and life together).",
+            "Load cycle {cycle_name}, {} s; {} designs, {count} of them Pareto-optimal (no other design is better in energy, tracking, peak pressure, switchings and life together).",
             number(cycle.duration()),
             self.designs.len()
         );
@@ -310,7 +310,7 @@ impl Outcome {
                 lowest / 1e6,
                 highest / 1e6,
                 if lowest < -ATMOSPHERE {
-                    "; below -0.1 MPa the oil would boil, which is not modelled"
+                    "; below -0.1 MPa the oil would boil, but the model does not include boiling"
                 } else {
                     ""
                 }

@@ -144,8 +144,7 @@ impl DepthSteps {
     #[must_use]
     pub fn explained(&self) -> String {
         format!(
-            "Only the flights with adaptive gains have a test signal, of {} deg, to identify from. The gain margin is that of the \
-         sampled loop with the final gains; it is given only for feedback of the true state.",
+            "Only the flights with adaptive gains have a test signal, of {} deg, for the identification. The gain margin is that of the sampled loop with the final gains; it is shown only for feedback of the true state.",
             self.signal
         )
     }

@@ -232,8 +232,8 @@ impl Subject {
                     let volumes = actuator_model::volumes_in_a_tick(&set, tick);
                     let quantum = set.plane_quantum().to_degrees();
                     note = format!(
-                        "Valid for commands that change by about {:.1} deg per tick, {volumes} volumes of {quantum:.2} deg.\n\
-                         Smaller changes end in a limit cycle of one or two quanta, larger ones exceed the slew rate.",
+                        "Valid for commands that change by about {:.1} deg per tick, which is {volumes} volumes of {quantum:.2} deg.\n\
+                         Smaller changes end in a limit cycle of one or two quanta; larger changes exceed the slew rate.",
                         f64::from(volumes) * quantum
                     );
                 }

@@ -179,7 +179,7 @@ impl DiveTask {
             nearest: match nearest {
                 None => "no gains keep the limits even for the model itself".to_owned(),
                 Some(found) => format!(
-                    "the last gains tried reach {:.1} deg, {:.1} dB and {:.2} there",
+                    "the last gains tried reach {:.1} deg, {:.1} dB and {:.2} in 95 % of the vehicles",
                     found.phase().quantile(MISSED),
                     found.gain().quantile(MISSED),
                     found.sensitivity().quantile(1.0 - MISSED)

@@ -185,7 +185,7 @@ fn beside(
     }
     if names.is_empty() {
         let problem = format!(
-            "{} and {}: no column of the table is a known signal of a bag; a bag can be compared only with tables that `planesman sim` writes",
+            "{} and {}: no column of the table is a known signal of a bag; a bag can be compared only with tables written by `planesman sim`",
             table.name,
             path.display()
         );

@@ -33,24 +33,24 @@ impl Comparison {
         let wall = of(|it| it.left_out == "wall time");
         if !wall.is_empty() {
             remarks.push(format!(
-                "not compared because they contain wall time: {wall} ({} compares them)",
+                "not compared because they contain wall-clock time: {wall} ({} compares them)",
                 option("all")
             ));
         }
         let repeated: u64 = self.topics.iter().map(|it| it.repeated).sum();
         if repeated > 0 {
             remarks.push(format!(
-                "{repeated} messages are twice in a recording, with the same bytes; this does not count as a difference"
+                "{repeated} messages occur twice in a recording, with the same bytes; this does not count as a difference"
             ));
         }
         let reordered: u64 = self.topics.iter().map(|it| it.reordered).sum();
         if reordered > 0 {
-            remarks.push(format!("{reordered} messages are in a different order among those of the same or the next stamps; this does not count as a difference"));
+            remarks.push(format!("{reordered} messages have a different order among messages of the same or the next stamps; this does not count as a difference"));
         }
         let within: u64 = self.topics.iter().map(|it| it.within).sum();
         if within > 0 {
             remarks.push(format!(
-                "{within} of the equal messages differ within tolerances or in ignored fields"
+                "{within} of the equal messages differ, but only within tolerances or in ignored fields"
             ));
         }
         for topic in &self.topics {
@@ -63,7 +63,7 @@ impl Comparison {
             let [only_a, only_b] = topic.alone;
             if only_a > 0 && only_b > 0 && topic.equal + topic.different == 0 {
                 remarks.push(format!(
-                    "{}: no message of A has a stamp of B; if the recordings use different clocks, add {}",
+                    "{}: no message of A has the same stamp as a message of B; if the recordings use different clocks, add {}",
                     topic.name,
                     option("by_index")
                 ));
@@ -182,12 +182,12 @@ impl First {
             What::Alone(_) => "only B has it".to_owned(),
         };
         let before = match (*equal_before, count - 1) {
-            (0, 0) => format!("no {kind} comes before it"),
-            (1, 1) => format!("the {kind} before it is equal"),
+            (0, 0) => format!("no {kind} comes before this one"),
+            (1, 1) => format!("the {kind} before this one is equal"),
             (equal, before) if equal == before => {
-                format!("the {equal} {kind}s before it are equal")
+                format!("the {equal} {kind}s before this one are equal")
             }
-            (equal, _) => format!("{equal} {kind}s before it are equal"),
+            (equal, _) => format!("{equal} {kind}s before this one are equal"),
         };
         text + "; " + &before
     }

@@ -45,7 +45,7 @@ pub fn page(models: &[Compared], prepared: &PreparedRecord) -> String {
             ul.verdict { li { (best.name) " simulates best: " (format!("{fit:.2}")) " %." } }
         } }
         (fits(models).html())
-        p.lead { "Each model is simulated with its own offset, from a state fitted to the beginning of the data." }
+        p.lead { "Each model is simulated with its own offset, from an initial state fitted to the beginning of the data." }
         (figures_with_first(&plots(models, prepared, &input, &output)))
         h2 { "Poles" }
         (poles::table_with_note(&readings, |cell| html! { (cell) }))
@@ -138,7 +138,7 @@ fn plots<'a>(
             .with_all(artefacts(models))
             .with_all([unit_circle()]),
         Plot::new("Step responses", [SINCE_STEP, output])
-            .note("Response to a unit step of the input, from rest, without offset. Unstable models are left out.")
+            .note("Response to a unit step of the input, from rest, without offset. Unstable models are not shown.")
             .with_all(steps),
         correlations(
             models,

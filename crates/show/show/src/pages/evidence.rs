@@ -32,7 +32,7 @@ const ROWS: usize = 24;
 const FITTED: &str = "fitted";
 const KEPT: &str = "held out only to compute the fit on held-out data; the printed model is fitted to these samples too";
 const JUDGED: &str = "held out: used for validation, not for the fit";
-const READ: &str = "read; no model was found";
+const READ: &str = "read, but no model was found";
 const UNUSED: &str = "not used: much shorter than the other segments";
 
 /// A kind of number.
@@ -73,7 +73,7 @@ impl Entry {
             Self::Data => (
                 "by-data",
                 "counts, times, cleaning",
-                "From the recorded stamps: the rate is the inverse of the median interval; a gap is an interval above 1.5 times the median. Outliers by \
+                "From the recorded stamps: the rate is the inverse of the median interval; an interval above 1.5 times the median is a gap. Outliers by \
                  the Hampel filter (deviation from the local median).",
             ),
             Self::Excitation => (
@@ -114,8 +114,7 @@ impl Entry {
             Self::Causes => (
                 "by-causes",
                 "causes of uncertainty",
-                "The squared correlation of a property with the phase margin, to first order: the share by which the margin's variance would fall if the property were \
-                 known.",
+                "The squared correlation of a property with the phase margin, to first order: the share by which the margin's variance would fall if this property were known exactly.",
             ),
             Self::Steps => (
                 "by-steps",
@@ -485,7 +484,7 @@ impl<'a> Evidence<'a> {
                 "Output at the beginning of the held-out samples",
                 [TIME, output],
             )
-            .note("Each sample: measured, and simulated by the printed model from the input only.")
+            .note("For each sample: the measured output, and the output simulated by the printed model from the input only.")
             .with(Style::Broad, "measured", measured)
             .line("simulated", simulated),
         )
@@ -540,14 +539,14 @@ impl<'a> Evidence<'a> {
         html! {
             @match entry {
                 Entry::Data => a href="#samples-fitted" { "every sample of each file" },
-                Entry::Excitation | Entry::Response => a href="#samples-fitted" { "every used segment, at frequencies where the coherence is " (COHERENCE) " or more" },
+                Entry::Excitation | Entry::Response => a href="#samples-fitted" { "every used segment, at frequencies with a coherence of " (COHERENCE) " or more" },
                 Entry::Validation => {
                     @if has(HELD_OUT) { a href="#samples-held-out" { "held out" } "; " }
                     a href="#samples-fitted" { (text) }
                 }
                 Entry::Residuals => a href="#samples-fitted" { "the longest segment" },
                 Entry::Model => a href="#samples-fitted" { (text) },
-                Entry::Margins | Entry::Causes | Entry::Steps => { "the model and its covariance, so " a href="#samples-fitted" { (text) } }
+                Entry::Margins | Entry::Causes | Entry::Steps => { "the model and its covariance, which come from " a href="#samples-fitted" { (text) } }
             }
         }
     }

@@ -346,7 +346,7 @@ pub(crate) fn step<'a>(analysis: &'a Analysis, record: &Record, output_title: &'
         )),
         Ok(found) => {
             let points = || found.points.iter();
-            plot.note("Response to a unit step of the input, from rest, without offset. From the data alone: integral of the least-squares finite impulse response, which feedback in the data would bias.")
+            plot.note("Response to a unit step of the input, from rest, without offset. Computed from the data alone: integral of the least-squares finite impulse response, which feedback in the data would bias.")
                 .with_all([Series::band(
                     "95 %, data alone",
                     points().map(|(k, value, deviation)| band(*k, *value, *deviation)),
@@ -425,7 +425,7 @@ pub(crate) fn bode(analysis: &Analysis, rows: Option<(Vec<Row>, f64)>) -> Vec<Pl
     responses.retain(|it| it.magnitude(0.0) >= top - DEPTH && it.phase >= -TURNS);
     if let Some((low, high)) = fitted.or(ends) {
         responses.retain(|it| (low / BESIDE_BAND..=high * BESIDE_BAND).contains(&it.omega));
-        reach = "near the measured band";
+        reach = "only near the measured band";
     }
     let banded = |title, axes, of: &dyn Fn(&Response, f64) -> f64| {
         let band = |it: &Response| (it.omega, of(it, -SIGMAS_95), of(it, SIGMAS_95));
@@ -494,7 +494,7 @@ pub(crate) fn measured(
         .map(|(low, high)| vec![(low.omega, least), (high.omega, least)]);
     plots.push(
         Plot::new("Coherence", ["frequency [rad/s]", "coherence"])
-            .note("The share of the output that follows the input at each frequency: 1 without noise. The measured response counts where the coherence is above the bound.")
+            .note("The share of the output that follows the input at each frequency; it would be 1 without noise. The measured response is used where the coherence is above the bound.")
             .log_x()
             .linked(FREQUENCY)
             .line("coherence", coherence)

@@ -288,12 +288,12 @@ fn energy_table(flights: &[FlightReport]) -> Markup {
                 }
                 tr { td { "work of the supply" } td { (significant(energy.supply, DIGITS)) } td { "100 %" } td {} }
             } }
-            p { "The terms add up to the work of the supply within " (format!("{:.0e}", energy.closure().unwrap_or_default()))
-                " of it. The load is the mass and the viscous damping of the actuator's file." }
+            p { "The sum of the terms equals the work of the supply within a relative error of " (format!("{:.0e}", energy.closure().unwrap_or_default()))
+                ". The load is the mass and the viscous damping of the actuator's file." }
             @if let Some(joule) = proportional {
                 p { "For the same motion an ideal proportional valve would need " (significant(*joule, DIGITS)) " J in the same circuit (load "
                     (format!("{:.1} %", 100.0 * energy.load() / joule)) "), and an ideal 4-way valve "
-                    (significant(energy.proportional_valve, DIGITS)) " J, whose smaller chamber returns its oil to the tank and not to the supply." }
+                    (significant(energy.proportional_valve, DIGITS)) " J; its smaller chamber returns oil to the tank and not to the supply." }
             }
         }
     }
@@ -472,7 +472,7 @@ fn plots(flights: &[FlightReport]) -> Vec<Plot<'static>> {
         ),
         over(
             flights,
-            time("Dive planes", "plane angle [deg]").linked(LINK).note("Positive to dive. The command includes the test signal for identification; the actuator follows in steps."),
+            time("Dive planes", "plane angle [deg]").linked(LINK).note("Positive to dive. The command includes the test signal for identification; the actuator follows it in steps."),
             &[
                 (Style::Line, "planes", |it| degrees(&it.flight.time_histories.planes[0])),
                 (Style::Dashed, "command", |it| degrees(&it.flight.time_histories.plane_command[0])),
@@ -551,7 +551,7 @@ fn out_of_the_plane(flights: &[FlightReport]) -> Vec<Plot<'static>> {
         over(
             flights,
             time("Speed", "speed [m/s]")
-                .note("Forward speed through the water, and the commanded share of full thrust."),
+                .note("Forward speed through the water, and the commanded thrust as a share of full thrust."),
             &[
                 (Style::Line, "speed", |it| {
                     it.flight.time_histories.speed.clone()
@@ -608,7 +608,7 @@ fn pressure(flights: &[FlightReport]) -> Plot<'static> {
     plot.note(if moves {
         "Differential pressure across each ram at each tick."
     } else {
-        "Differential pressure across each ram at each tick: zero throughout."
+        "Differential pressure across each ram at each tick; it is always zero."
     })
 }
 
@@ -629,7 +629,7 @@ fn dominant_pole(flights: &[FlightReport]) -> Plot<'static> {
         flights,
         Plot::new("Dominant pole, online", [TIME, "[1/s]"])
             .linked(LINK)
-            .note("The slowest pole of the online estimate, and the true one."),
+            .note("The slowest pole of the online estimate, and the true pole."),
         &[
             (Style::Line, "real part", |it| {
                 it.flight.time_histories.pole[0].clone()

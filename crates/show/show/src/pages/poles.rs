@@ -11,8 +11,7 @@ use planesman_console::Table;
 pub(crate) const ARTEFACT: &str = "artefact of sampling";
 
 /// Explanation of the remark, below the table.
-pub(crate) const NOTE: &str = "An artefact of sampling is as fast as half the sampling rate or faster: the sampled model needs it, \
-     and the data does not tell whether the system has it.";
+pub(crate) const NOTE: &str = "An artefact of sampling is a pole at half the sampling rate or faster: the sampled model needs such a pole, but the data does not show whether the system has it.";
 
 /// The table with its explanation, each cell formatted by a callback; nothing for models without poles.
 pub(crate) fn table_with_note(
@@ -24,7 +23,7 @@ pub(crate) fn table_with_note(
     html! {
         @if !table.is_empty() {
             (table.html_with(cell))
-            p { "Poles with their 95 % intervals, a pair once." @if has_artefact { " " (NOTE) } }
+            p { "Poles with their 95 % intervals; a complex pair has one row." @if has_artefact { " " (NOTE) } }
         }
     }
 }

@@ -117,7 +117,7 @@ impl<'a> Gains<'a> {
 #[must_use]
 pub fn drawn_text(draws: usize, seed: u32) -> String {
     match draws {
-        0 => "the model alone, which is assumed to be exact".to_owned(),
+        0 => "only the model itself, which is assumed to be exact".to_owned(),
         n => format!("the model and {n} plants drawn from its covariance, seed {seed}"),
     }
 }
@@ -247,7 +247,7 @@ impl Review<'_> {
             );
             let all = found.fit.map(|it| {
                 format!(
-                    ", and the whole longest segment with a fit of {}",
+                    ", and the complete longest segment with a fit of {}",
                     percent(it)
                 )
             });
@@ -315,7 +315,7 @@ pub fn page(review: &Review<'_>) -> String {
         html! {
             (cards(&review.cards()))
             ul.verdict { @for (text, entry) in review.conclusion().into_iter().skip(1) { li { (linked(&text, entry)) } } }
-            p { "Each sentence and each cell links to the " a href="#evidence" { "method and the samples" } " of its numbers. To repeat the review:" br; code { (review.command) } br; (review.program) }
+            p { "Each sentence and each cell has a link to the " a href="#evidence" { "method and the samples" } " of its numbers. To repeat the review:" br; code { (review.command) } br; (review.program) }
         },
     )];
     sections.push((
@@ -365,7 +365,7 @@ pub fn brief(review: &Review<'_>) -> String {
                 (gains.margins.html())
             }
             div.plots { @for plot in close_up.iter().chain(steps).filter(|it| !it.is_empty()) { (figure(plot)) } }
-            p { "For data, excitation, residuals and the samples of each number run the same command without --brief." br;
+            p { "For data, excitation, residuals and the samples behind each number, run the same command without --brief." br;
                 code { (review.command) } br; (review.program) }
         }
     };

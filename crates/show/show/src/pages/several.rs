@@ -129,7 +129,7 @@ fn step<'a>(input: &str, model: &ChannelModel, output_title: &'a str) -> Plot<'a
         let half = SIGMAS_95 * deviation;
         (at(k), value - half, value + half)
     });
-    plot.note("Response to a unit step of this input with the others constant, without offset; with its 95 % band.")
+    plot.note("Response to a unit step of this input while the other inputs are constant, without offset; with its 95 % band.")
         .with_all([Series::band("95 %", band)])
         .with_all([line("model", each.map(|(k, it)| (at(k), it.0)).collect())])
 }

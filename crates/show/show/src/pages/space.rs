@@ -62,13 +62,13 @@ pub(crate) fn view(name: Option<&str>, drawn: &TimeHistories, scenario: &Scenari
     html! {
         figure.space {
             h2 { "In space" @if let Some(name) = name { ": " (name) } }
-            canvas width="960" height="600" role="img" aria-label="the vehicle and its track in space; drag to turn" {}
+            canvas width="960" height="600" role="img" aria-label="Space view of the vehicle and its track; drag to turn the view" {}
             div.controls {
                 button type="button" { "Closer" }
                 input type="range" min="0" max=(INSTANTS) value=(INSTANTS) aria-label="time";
                 output {}
             }
-            p { "Drag to turn the view. North is the initial heading; the frame is at the deepest point." }
+            p { "Drag to turn the view. North is the direction of the initial heading; the horizontal frame is at the deepest point." }
             script type="application/json" { (PreEscaped(data.to_string())) }
         }
     }

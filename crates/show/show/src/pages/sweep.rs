@@ -44,8 +44,8 @@ pub fn page(
         }
         p { (outcomes.cases) " of " (all) " cases"
             @if outcomes.failed > 0 { "; " (outcomes.failed) " broke off" }
-            ". Means are over the seeds and over all varied parameters that are not an axis of the plot; a case that does not settle has no settling time. \
-             The best field has the smallest mean among those in which every case settles." }
+            ". Each mean is taken over the seeds and over all varied parameters that are not an axis of the plot; a case that does not settle has no settling time. \
+             The best field has the smallest mean among the fields in which every case settles." }
         h2 { "Plots" }
         div.plots { @for plot in maps(space, found) { (plot) } }
         (pareto(space, outcomes))
@@ -160,7 +160,7 @@ fn pareto(space: &Space, outcomes: &Outcomes) -> Markup {
     let of = |it: &Settled| (it.settling, it.travel);
     let plot = Plot::new("Settling time and plane travel", [&axes[0], &axes[1]])
         .plane()
-        .note("All combinations that settle with every seed. No other combination beats those on the line in both quantities.")
+        .note("All combinations of parameters that settle with every seed. No other combination is better than those on the line in both quantities.")
         .with(Style::Circles, "combinations", points.iter().step_by(every).map(of))
         .with(Style::Crosses, "not beaten", front.iter().map(|it| of(it)))
         .with(Style::Bound, "front", front.iter().map(|it| of(it)));
@@ -181,7 +181,7 @@ fn pareto(space: &Space, outcomes: &Outcomes) -> Markup {
                     }
                 }
             } }
-            @if front.len() > LISTED { p { (front.len() - LISTED) " more combinations are not beaten." } }
+            @if front.len() > LISTED { p { (front.len() - LISTED) " more combinations are on this line." } }
         } @else {
             p { "No combination settles within 5 % in every flight: there is no Pareto plot of settling time and plane travel." }
         }

@@ -56,9 +56,9 @@ pub fn notes(tried: &[Trial]) -> String {
     }
     if !tried.iter().any(|it| it.method.is_of_the_vehicle()) {
         let (heave, vehicle) = (option("heave"), option("vehicle"));
-        text += &format!("add {heave} or {vehicle} to try the methods vehicle and kalman.\n");
+        text += &format!("add {heave} or {vehicle} to try also the methods vehicle and kalman.\n");
     }
-    text + "The best of many methods on one set of held-out data does less well on new data than its fit suggests.\n"
+    text + "The method that is best on one set of held-out data usually does less well on new data.\n"
 }
 
 /// A fit as a table cell.

@@ -43,7 +43,10 @@ pub fn outcome(of: &Tuning, verbose: bool) -> Outcome {
     if verbose {
         let delay = match of.sampling.computing_delay {
             0.0 => String::new(),
-            delay => format!(", each command {} s after its sample", number(delay)),
+            delay => format!(
+                ", each command is applied {} s after its sample",
+                number(delay)
+            ),
         };
         line(
             "model",
@@ -178,7 +181,7 @@ pub(crate) fn reduced_text(of: &Tuning) -> Option<String> {
     let lags = lags.map(|tau| format!("({} s + 1)", number(*tau)));
     let factors: Vec<String> = integrators.into_iter().chain(lags).collect();
     Some(format!(
-        "{} e^(-{} s) / [{}], by the half rule, including half a sample for the hold",
+        "{} e^(-{} s) / [{}], reduced by the half rule; the dead time includes half a sample for the hold",
         number(reduced.gain),
         number(reduced.delay),
         factors.join(" ")
@@ -301,7 +304,7 @@ pub(crate) fn verdict(of: &Tuning) -> String {
     match of.keeps_limits() {
         true => format!("Limits kept by {over}{stable}."),
         false => format!(
-            "LIMITS NOT KEPT by {over}{stable}. Next: let the method choose the speed of the loop, without {} and {}",
+            "LIMITS NOT KEPT by {over}{stable}. Next: let the method choose the speed of the loop: leave out {} and {}",
             option("closed_loop_time"),
             option("crossover")
         ),
@@ -332,7 +335,7 @@ pub(crate) fn responses(of: &Tuning) -> Table {
     row("overshoot, %".to_owned(), &steps.overshoot);
     row("settling time (2 %), s".to_owned(), &steps.settling);
     row(
-        format!("largest input, step of {}", number(steps.step)),
+        format!("largest input for a step of {}", number(steps.step)),
         &steps.peak_input,
     );
     row("travel of the input".to_owned(), &steps.travel);
@@ -354,13 +357,12 @@ pub(crate) fn limiting(of: &Tuning) -> String {
     let half = SIGMAS_95 * first.margin_deviation.to_degrees();
     if half < WELL_KNOWN {
         return format!(
-            "limited by the plant itself: the model is known well enough, the phase margin to ± {}",
+            "limited by the plant itself: the model is known well enough (phase margin to within ± {})",
             with_degrees(half)
         );
     }
     format!(
-        "limited by the uncertainty of: {} ({:.0} % of the phase margin's variance; the margin is known to ± {}). To reduce it: {}. A record of \
-         four times the length halves the interval",
+        "limited by the uncertainty of: {} ({:.0} % of the phase margin's variance; the phase margin is known to within ± {}). To reduce it: {}. A record four times as long halves the interval",
         first.name,
         100.0 * first.share,
         with_degrees(half),
@@ -524,7 +526,7 @@ fn nyquist(of: &Tuning) -> Plot<'static> {
         "Nyquist plot of the open loop",
         ["real part", "imaginary part"],
     )
-    .note("The loop keeps the limit of its sensitivity peak if the curve stays outside the circle about -1.")
+    .note("The loop keeps the limit on its sensitivity peak if the curve stays outside the circle around -1.")
     .one_scale()
     .with_all(drawn)
     .line("model", near(&of.seen))
