@@ -183,12 +183,12 @@ fn reason_to_keep(path: &Path, given: usize) -> Option<String> {
         paths.any(|it| identity(&it) == Some(own))
     };
     if std::env::args_os().skip(1).filter(names).count() > given {
-        return Some("the command line names it twice; name another file".to_owned());
+        return Some("the command line names this file twice; name another file".to_owned());
     }
     let is_of_bag = path.file_name().is_some_and(|it| it == "metadata.yaml")
         || ending(path).is_some_and(|it| ["mcap", "db3"].contains(&it));
     (is_of_bag && path.with_file_name("metadata.yaml").is_file())
-        .then(|| "it is part of a recording; name another file".to_owned())
+        .then(|| "the file is part of a recording; name another file".to_owned())
 }
 
 /// Whether `--overwrite` may replace this file, if it exists. `is_named`: the command line names the file.

@@ -115,11 +115,13 @@ fn lack(counts: &BTreeMap<String, Count>, silent: &[&str]) -> String {
     let published: u64 = counts.values().filter_map(|count| count.published).sum();
     let mut said = match Loss::of(counts) {
         Some(loss) => loss.to_string(),
-        None if published == 0 => "published unknown: no node left an exit report".to_owned(),
+        None if published == 0 => {
+            "number of published messages unknown: no node left an exit report".to_owned()
+        }
         None => format!("published {published}, all in the bag"),
     };
     if published > 0 && !silent.is_empty() {
-        said += &format!("\nno exit report of {}", silent.join(", "));
+        said += &format!("\nno exit report from {}", silent.join(", "));
     }
     said
 }

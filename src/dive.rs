@@ -139,7 +139,7 @@ fn fly(
         )?;
     } else if options.verbose {
         planesman_console::out!(
-            "Flew {:.1} s of vehicle time in {:.1} s of wall time, {} processes over DDS.\n",
+            "Flew {:.1} s of vehicle time in {:.1} s of wall-clock time, with {} processes over DDS.\n",
             launcher.ticks as f64 * scenario.tick,
             launcher.flown.as_secs_f64(),
             NODES.len() + 1,

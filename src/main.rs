@@ -40,7 +40,7 @@ const DIFFERENT: u8 = 4;
 const EXIT_CODES: &str = "\
 Exit status:
   0  done
-  1  refused or failed; the last line says why
+  1  refused or failed; the last line gives the reason
   2  the command line is wrong
   3  done, but messages are missing in a dive's bag; the last line says how many of which topic
   4  two recordings differ (bag diff, bag play)";

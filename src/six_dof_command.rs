@@ -491,11 +491,11 @@ fn print_turn(found: &Turn, hold: &str, growth: Option<f64>) -> Result<()> {
     )?;
     match growth {
         Some(rate) if rate < 0.0 => out!(
-            "  stable: with the inputs held, a small deviation decays by a factor e in {:.3} s or less\n",
+            "  stable: with constant inputs, a small deviation decays by a factor e in {:.3} s or less\n",
             -1.0 / rate
         )?,
         Some(rate) => out!(
-            "  unstable: with the inputs held, a small deviation grows by a factor e in {:.3} s\n",
+            "  unstable: with constant inputs, a small deviation grows by a factor e in {:.3} s\n",
             1.0 / rate
         )?,
         None => out!("  stability: not computed\n")?,

@@ -188,11 +188,11 @@ fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
     }
     match &found.held_out {
         None => out!(
-            "\nheld-out data: not judged, because too little data is left to fit or the motion diverges there"
+            "\nheld-out data: not evaluated, because too little data is left for the fit, or the motion diverges in the held-out data"
         )?,
         Some(held) => {
             out!(
-                "\nheld-out data: the last 30 % ({:.1} s), simulated by a fit of the first 70 %; initial states, current and biases fitted for both:",
+                "\nheld-out data: the last 30 % ({:.1} s), simulated with a fit of the first 70 %; initial states, current and biases are fitted in both parts:",
                 held.seconds
             )?;
             out!("  rms          fitted       --like")?;
@@ -203,17 +203,19 @@ fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
         }
     }
     if found.undetermined.is_empty() {
-        out!("\neach number is determined within {} %", args.bound)?;
+        out!("\neach number is determined to within {} %", args.bound)?;
     } else {
         out!(
-            "\nnot determined within {} % (prior: {} %), each with the manoeuvre that would help most:",
+            "\nnot determined to within {} % (prior: {} %), each with the manoeuvre that would help most:",
             args.bound,
             significant(planesman_identification::SIGMAS_95 * args.prior, 2)
         )?;
         for it in &found.undetermined {
             let then = match &it.manoeuvre {
                 Some(words) => format!("{} by {words}", percent(it.after)),
-                None => "no manoeuvre of the library shortens the interval by a fifth".to_owned(),
+                None => {
+                    "no manoeuvre of the library shortens the interval by 20 % or more".to_owned()
+                }
             };
             out!("  {:wide$}  {} -> {then}", it.name, percent(it.before))?;
         }
@@ -222,12 +224,12 @@ fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
         let [before, after] = &next.largest;
         let [up, down] = next.depths;
         out!(
-            "\nbest next run, out of {} manoeuvres of 60 s: {}",
+            "\nbest next run, chosen from {} manoeuvres of 60 s: {}",
             next.compared,
             next.manoeuvre
         )?;
         out!(
-            "  largest interval that a manoeuvre shortens: {} {} -> {} {}; depth {up:.1} to {down:.1} m about the start",
+            "  largest interval that a manoeuvre shortens: {} {} -> {} {}; depth {up:.1} to {down:.1} m relative to the start",
             before.0,
             percent(before.1),
             after.0,

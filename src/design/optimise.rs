@@ -80,9 +80,9 @@ pub fn run(args: &OptimiseArgs) -> Result<()> {
     };
     let compared = match wishes.worst(&gains)? {
         Some(worst) => {
-            format!("{worst:.2} m^2 with the given gains (controller defaults for the others)")
+            format!("{worst:.2} m^2 with the given gains (the other gains have the controller's defaults)")
         }
-        None => "the given gains (controller defaults for the others) do not meet the requirements"
+        None => "the given gains (the other gains have the controller's defaults) do not meet the requirements"
             .to_owned(),
     };
     let judged = args.speed.iter().zip(&found.judgements);

@@ -62,13 +62,13 @@ pub fn run(args: &PlaceArgs) -> Result<()> {
         stability(&judged)
     );
     if gains.depth_d < 0.0 || gains.pitch_rate < 0.0 {
-        answer += "\nA gain is negative: the requested poles are slower or less damped than those of the vehicle with this Kpy.";
+        answer += "\nA gain is negative: the requested poles are slower or less damped than the vehicle's own poles with this Kpy.";
     }
     let set = set_gains(&gains);
     Ok(Outcome::new(answer)
         .numbers(heading(&subject, &drive))
         .numbers(
-            "The poles are those of the continuous loop without heave, with ideal planes. With heave:",
+            "The poles are those of the continuous loop without heave, and with ideal planes. With heave:",
         )
         .numbers(described(&judged))
         .next(format!("planesman dive{set}"), "fly with these gains")

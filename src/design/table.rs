@@ -60,7 +60,7 @@ pub fn run(args: &TableArgs) -> Result<()> {
     let is_for_people = matches!(format, Format::Table | Format::Md);
     if is_for_people {
         planesman_console::out!(
-            "{}, seed {}; one flight a row. {}\n",
+            "{}, seed {}; each row is one flight. {}\n",
             args.vehicle,
             args.seed,
             flights.explained()

@@ -311,7 +311,7 @@ impl Launcher {
             if let Some(rival) = self.claim.rival() {
                 self.rival_seen = true;
                 self.print_line(&format!(
-                    "WARNING: another dive, {rival}, flies in namespace {} too. Services and setpoints reach both vehicles: stop one of the dives",
+                    "WARNING: another dive, {rival}, also flies in namespace {}. Services and setpoints reach both vehicles: stop one of the dives",
                     self.options.namespace
                 ));
             }

@@ -205,7 +205,7 @@ pub fn run(args: &ReplayArgs) -> Result<()> {
     if found.jumps.len() > PRINTED {
         let more = found.jumps.len() - PRINTED;
         print_wrapped(format!(
-            "{more} more changes of the plant (--history lists all)\n"
+            "{more} more changes of the plant (--history lists all changes)\n"
         ))?;
     }
     if let Some(live) = found.live {

@@ -152,7 +152,7 @@ fn head(topic: &TopicSurvey) -> String {
     }
     if in_bursts {
         text += &format!(
-            ", in bursts ({:.0} % of the intervals are below a tenth of the mean)",
+            ", in bursts ({:.0} % of the intervals are shorter than a tenth of the mean interval)",
             100.0 * topic.bursts
         );
     }

@@ -42,7 +42,9 @@ pub(super) struct ControllerArgs {
 
 /// Limits that 95 % of the plants must keep.
 #[derive(Clone, Debug, Args)]
-#[command(next_help_heading = "Limits, kept by 95 % of the plants that the model allows")]
+#[command(
+    next_help_heading = "Limits that 95 % of the plants drawn from the model's covariance must keep"
+)]
 pub(super) struct LimitArgs {
     /// Minimum phase margin (deg)
     #[arg(long, value_name = "DEG", default_value_t = TuneOptions::default().phase_margin, value_parser = within(1.0, 89.0))]

@@ -229,7 +229,7 @@ fn outcome(task: &DiveTask, found: &DiveGains, verbose: bool) -> Outcome {
     .numbers(table(&rows(found)).text(Format::Table));
     if let Some((reason, count)) = &found.left_out {
         outcome = outcome.numbers(format!(
-            "\n{count} more draws were left out because such vehicles are impossible: {reason}"
+            "\n{count} more draws were left out, because such vehicles are physically impossible: {reason}"
         ));
     }
     if verbose {

@@ -147,7 +147,7 @@ pub fn run(args: &TuneArgs) -> Result<()> {
         Some(path) => outcome.file("Page", path),
         None => outcome.next(
             format!("{} --html tune.html", called()),
-            "responses, Bode and Nyquist plot over all these plants",
+            "responses, Bode and Nyquist plot for all these plants",
         ),
     }
     .print()?)

@@ -201,7 +201,7 @@ fn what_is_no_circuit_and_no_load_cycle_is_refused() {
         (
             "volume: 0.30 L",
             "volume: 0.01 L",
-            "chambers.A.volume: 0.01 L refused: the volume at mid-stroke must be more than 1.01 times area times travel",
+            "chambers.A.volume: 0.01 L refused: the volume at mid-stroke must be more than 1.01 times the product of area and travel",
         ),
     ] {
         let file = bad(from, to);

@@ -371,7 +371,7 @@ fn results_are_replaced_when_asked_and_nothing_else_is() {
     // Nor is what the command reads.
     let flight = ["flight.csv", "flight.csv", "--html", "flight.csv"];
     let diff = [&["bag", "diff"], &flight[..], &["--overwrite"]].concat();
-    refused(&stage, 2, &diff, &["names it twice"]);
+    refused(&stage, 2, &diff, &["names this file twice"]);
     assert!(std::fs::exists(stage.path("flight.csv")).unwrap());
 }
 

@@ -156,7 +156,7 @@ impl Gates {
             match stamp {
                 Some(_) => "the message with the stamp of the tick",
                 None =>
-                    "the first message after the state of the tick (the messages have no stamp)",
+                    "the first message after the state of the tick (because the messages have no stamp)",
             }
         );
         gate.state = State::Open(stamp);

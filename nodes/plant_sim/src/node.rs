@@ -417,7 +417,7 @@ impl Node {
             rt.set_status(
                 "actuator",
                 Level::Ok,
-                "the vehicle moves by thrusters only",
+                "only thrusters move this vehicle",
                 &[],
             );
             return Ok(());

@@ -341,7 +341,7 @@ impl Node {
                     "'{name}' is also published as {type_name}; only its messages of type {known} are recorded"
                 )),
                 None => (self.types.len() >= MOST_TOPICS).then(|| {
-                    format!("the limit of {MOST_TOPICS} topics is reached: later topics are not recorded")
+                    format!("the limit of {MOST_TOPICS} topics is reached: topics discovered later are not recorded")
                 }),
             };
             if let Some(reason) = unfit {
@@ -571,7 +571,9 @@ impl Node {
             0 => (Level::Ok, "recording".to_owned()),
             n => (
                 Level::Warn,
-                format!("recording; {n} messages not recorded: invalid time, or refused"),
+                format!(
+                    "recording; {n} messages were not recorded, because their time is invalid or they were refused"
+                ),
             ),
         };
         rt.set_status(

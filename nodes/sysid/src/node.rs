@@ -260,9 +260,9 @@ impl Node {
                     "{}: the stamps went back in time: {}",
                     pair.name(),
                     if pair.frozen() {
-                        "the frozen model is kept"
+                        "the model is frozen and is kept"
                     } else {
-                        "the estimate is reset"
+                        "the estimate starts again"
                     }
                 );
             }

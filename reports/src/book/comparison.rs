@@ -63,29 +63,29 @@ pub const VERDICTS: [(&str, &str); 11] = [
     ),
     (
         "calibrated on",
-        "printed, agree, but models were calibrated on them",
+        "printed and agree, but models were calibrated on them",
     ),
     ("contradicts", "printed, contradicted"),
     (
         "surrogate",
-        "printed, contradicted with only one of the surrogate missiles",
+        "printed, contradicted by only one of the surrogate missiles",
     ),
     (
         "agrees again",
-        "counted above; agree in another unit or with the other surrogate missile",
+        "counted above; they agree in another unit or with the other surrogate missile",
     ),
     (
         "approximate again",
-        "counted above; agree approximately with the other surrogate missile",
+        "counted above; they agree approximately with the other surrogate missile",
     ),
     (
         "contradicts again",
-        "counted above; contradicted with the other surrogate missile",
+        "counted above; contradicted by the other surrogate missile",
     ),
     ("not printed", "not printed, recomputed"),
     (
         "not recomputed",
-        "not recomputed: measurements, choices, parts not modelled here",
+        "not recomputed: measurements, choices and parts that are not modelled here",
     ),
 ];
 

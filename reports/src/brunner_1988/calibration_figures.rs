@@ -58,7 +58,7 @@ pub fn figures() -> Vec<Plot<'static>> {
         of_planes("Fig. 40: uncompensated roll control signal", &plane_signal::ROLL, 20.0, false)
             .note("Printed: y = 2.483 + 0.004 x."),
         of_planes("Fig. 41: compensated roll control signal", &plane_signal::ROLL, 20.0, true)
-            .note("Printed: y = 0.061 + 0.004 x. One potentiometer serves all summing amplifiers; it was set for the dive planes."),
+            .note("Printed: y = 0.061 + 0.004 x. One potentiometer sets the gain of all summing amplifiers; it was set for the dive planes."),
         of_planes("Fig. 42: uncompensated dive plane control signal", &plane_signal::DIVE, 40.0, false)
             .note("Printed: y = 2.44 + 0.010 x."),
         of_planes("Fig. 43: compensated dive plane control signal", &plane_signal::DIVE, 40.0, true)

@@ -70,7 +70,7 @@ pub fn figures() -> Result<Vec<Chapter>, ReportError> {
         },
         Chapter {
             title: "Section III: mathematical model and hardware",
-            note: "The recorded curves are missing in the copy of the report. These are simulations of the surrogate missile PS-2 with the actuator of Table 3-1; the data of the report's own missile and of the hardware are lost. Figures 3-3 and 3-4 are block diagrams. In the first, either the hardware or the model closes the loop, and the other receives the same commands; the second shows the equations of the ram with its load.",
+            note: "The recorded curves are missing in the copy of the report. These are simulations of the surrogate missile PS-2 with the actuator of Table 3-1; the data of the report's own missile and of the hardware are lost. Figures 3-3 and 3-4 are block diagrams. In Fig. 3-3, either the hardware or the model closes the loop, and the other receives the same commands; Fig. 3-4 shows the equations of the ram with its load.",
             figures: section_3()?,
         },
         Chapter {
@@ -80,7 +80,7 @@ pub fn figures() -> Result<Vec<Chapter>, ReportError> {
         },
         Chapter {
             title: "Section V: linear model",
-            note: "Results for the surrogate missile PS-2. Figs. 5-1 to 5-5 are block diagrams, each derived from the previous one; the last is the linear model of Figs. 5-6 and 5-7.",
+            note: "Results for the surrogate missile PS-2. Figs. 5-1 to 5-5 are block diagrams, each derived from the previous one; the last diagram is the linear model of Figs. 5-6 and 5-7.",
             figures: section_5()?,
         },
     ])
@@ -134,11 +134,11 @@ fn section_3() -> Result<Vec<Plot<'static>>, ReportError> {
         transients("3-6", "step of 10 pulses, mathematical model", &base, STEP);
     let mut figures = vec![
         Plot::new("Fig. 3-1: motion of the ram for steps of either sign", RAM)
-            .note("A positive step is stopped by negative ram motion, for which the pressure force is larger. For the negative step the ram's speed is limited more.")
+            .note("A positive step is stopped by negative ram motion, in which the pressure force is larger. For the negative step the ram's speed is limited more.")
             .line("N_y = +8", ram(flown(&base, Input::Step(8.0), 0.0, 3.0)))
             .line("N_y = -8", ram(flown(&base, Input::Step(-8.0), 0.0, 3.0))),
         Plot::new("Fig. 3-2: motion of the ram for a step of 10 pulses", RAM)
-            .note("The report compared this curve of the model with the hardware's record: they were parallel, so q_LC was about right.")
+            .note("The report compared this curve of the model with the curve recorded on the hardware: they were parallel, so q_LC was about right.")
             .line("model", ram(flown(&base, STEP, 0.0, 3.0))),
         Plot::new("Fig. 3-5: limit cycle of the ram", RAM)
             .note("Actuator of Table 3-1. The report compared the hardware's record with the model's.")
@@ -153,7 +153,7 @@ fn section_3() -> Result<Vec<Plot<'static>>, ReportError> {
             .note("Twenty seconds after half a degree of yaw.")
             .line("model", cycle(&base, CYCLES)),
         Plot::new("Fig. 3-8: step of 10 pulses, the loop closed on the hardware", YAW)
-            .note("The hardware no longer exists; shown is the model with D1's delay and friction, which would explain Table 3-2, and the unchanged model.")
+            .note("The hardware no longer exists; the curves show the unchanged model, and the model with D1's delay and friction, which would explain Table 3-2.")
             .line("with T_D = 10 ms and 8 % more friction", yaw(after_step(&of_hardware)))
             .line("unchanged model", yaw(after_step(&base))),
     ];
@@ -174,7 +174,7 @@ fn section_3() -> Result<Vec<Plot<'static>>, ReportError> {
             .line("(a) C = 6", cycle(&supple, CYCLES))
             .line("(b) C = 18", cycle(&damped, CYCLES)),
         Plot::new("Fig. 3-12: step of 10 pulses, beta/V = 13 300 and 100 000 lb/in^5", YAW)
-            .note("The first swing is the same, but the settling differs, as in the report, which attributes this to changed conditions in the loop.")
+            .note("The first swing is the same, but the settling differs; the report also finds this, and attributes it to changed conditions in the loop.")
             .line("(a) 13 300", yaw(after_step(&soft)))
             .line("(b) 100 000", yaw(after_step(&stiff))),
         Plot::new("Fig. 3-13: limit cycle, beta/V = 13 300 and 100 000 lb/in^5", RAM)
@@ -189,7 +189,7 @@ fn section_3() -> Result<Vec<Plot<'static>>, ReportError> {
     figures.extend(bode(
         "3-14",
         "the loop closed on the hardware",
-        "The hardware no longer exists; shown is the model with D1's delay and friction. Above 1.2 Hz this missile diverges at an amplitude of four pulses.",
+        "The hardware no longer exists; the curve shows the model with D1's delay and friction. Above 1.2 Hz this missile diverges when the amplitude is four pulses.",
         &frequency_curves(&of_hardware),
     ));
     figures.extend(bode(

@@ -165,9 +165,7 @@ impl Surrogate {
     pub fn calibrated_on(self) -> &'static str {
         match self {
             Self::Ps2 => {
-                "Table 4-2, base row (10 stable, 11 not; K_g = 4 stable, 5 not), then picked among the \
-                 104 points of a grid of round numbers that give that row, for the best whole Table \
-                 4-2; analog actuator: Table 4-3, runs C-13, C-14 and C-15"
+                "Table 4-2, base row (10 stable, 11 not; K_g = 4 stable, 5 not): 104 points of a grid of round numbers reproduce this row, and the chosen point reproduces the whole Table 4-2 best; analog actuator: Table 4-3, runs C-13, C-14 and C-15"
             }
             Self::Ps1 => {
                 "Table 4-2, base row (10 stable, 11 not; K_g = 4 stable, 5 not), with a nozzle stop; \

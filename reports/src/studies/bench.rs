@@ -59,7 +59,7 @@ pub fn heading(surrogate: Surrogate) -> String {
     format!(
         "Missile: surrogate {surrogate}. The report's own missile is lost; all results are those of the surrogate,\n\
          calibrated on {}.\n\
-         A cell is 'printed mark simulated': = equal, ~ within one test step, x more.\n",
+         Each cell is 'printed mark simulated'; the mark is = for equal, ~ for within one test step, x for a larger difference.\n",
         surrogate.calibrated_on()
     )
 }
@@ -309,7 +309,7 @@ fn limit_cycles(book: &Book, base: &Case) -> BenchRun {
     }
     let _ = writeln!(
         text,
-        "The frequency in the report is {} to {} Hz on average. {}",
+        "In the report the mean frequency is {} to {} Hz. {}",
         printed("T4.f0_low"),
         printed("T4.f0_high"),
         book.errata().get("D2").map_or("", String::as_str)

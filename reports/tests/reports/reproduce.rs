@@ -60,7 +60,7 @@ fn every_number_of_the_report_has_the_verdict_that_stands_in_the_book() {
     }
     // What the parts of the book came to when this was written.
     assert!(expected[&Verdict::Agrees] >= 194);
-    let again = "counted above; agree in another unit or with the other surrogate missile";
+    let again = "counted above; they agree in another unit or with the other surrogate missile";
     assert_eq!(total(&text, again), 9);
     assert!(expected[&Verdict::Approximate] >= 43);
     assert!(expected[&Verdict::Contradicts] >= 10);

@@ -155,7 +155,7 @@ function connected(is, reason = "No connection to planesman watch") {
   byId("connection").className = is ? "good" : "bad";
   const notice = byId("notice");
   notice.hidden = is;
-  notice.textContent = `${reason}. The data shown is old. The page updates again once the program runs and its new address has been opened in this browser.`;
+  notice.textContent = `${reason}. The data shown is old. The page updates again when the program runs and its new address has been opened in this browser.`;
 }
 
 /// Takes a message of the stream.

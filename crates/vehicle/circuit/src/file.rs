@@ -405,8 +405,7 @@ fn chambers(given: &BTreeMap<String, Chamber>, load: &Load) -> Result<[Chamber; 
         let least = 1.01 * chamber.area * load.travel;
         if chamber.volume <= least {
             let rule = format!(
-                "the volume at mid-stroke must be more than 1.01 times area times travel, {least} \
-                 m^3"
+                "the volume at mid-stroke must be more than 1.01 times the product of area and travel, {least} m^3"
             );
             return refused_there(&format!("chambers.{name}.volume"), rule);
         }

@@ -479,7 +479,7 @@ impl Controller {
             {
                 let name = quantity.name();
                 self.changes.push(format!(
-                    "no {name} setpoint for {timeout} s: using the parameter"
+                    "no {name} setpoint for {timeout} s: the controller uses the parameter instead"
                 ));
             }
         }

@@ -506,7 +506,7 @@ impl Scenario {
             self.seed
         );
         if !self.changed.is_empty() {
-            text += "changed: # after the file was written\n";
+            text += "changed: # parameters changed after the file was written\n";
         }
         for parameter in &self.changed {
             text += &format!("  - {parameter}\n");

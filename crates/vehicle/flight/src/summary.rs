@@ -232,7 +232,7 @@ impl Summary {
             (Some(depth), ..) => Some(self.depth_text(depth)),
             _ if self.turn.is_some() || self.track.is_some() => None,
             (None, Mode::Depth, Some(off)) => Some(format!(
-                "Held {:.3} m for {:.0} s, at most {} m off",
+                "Held {:.3} m for {:.0} s with an error of at most {} m",
                 self.depth_setpoint,
                 self.duration,
                 significant(off, 2)
@@ -286,7 +286,7 @@ impl Summary {
         let reached = match (depth.settling_time, depth.settling_time_5) {
             (Some(t), _) => format!("Reached {at} in {t:.1} s (2 %){overshoot}"),
             (None, Some(t)) => {
-                format!("Reached {at} in {t:.1} s (5 %), not within 2 %{overshoot}")
+                format!("Reached {at} in {t:.1} s (5 %), but did not settle within 2 %{overshoot}")
             }
             (None, None) => format!(
                 "Did NOT reach {at} within 5 % in {duration:.0} s: steady error {:+.3} m{}",
@@ -356,8 +356,10 @@ impl TestSignal {
     #[must_use]
     pub fn effect(&self) -> &'static str {
         match self.start > 0.0 {
-            true => "a response that settles before its start is evaluated up to it",
-            false => "it disturbs every response",
+            true => {
+                "a response that settles before the test signal starts is evaluated up to its start"
+            }
+            false => "the test signal disturbs every response",
         }
     }
 

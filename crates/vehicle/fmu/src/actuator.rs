@@ -35,8 +35,8 @@ const AT_THE_END: &[Field<DhaState>] = fields! { DhaState:
     ram_velocity, "m/s", "Ram velocity";
     plane_angle, "rad", "Plane angle, positive dive: ram over moment arm";
     pressure, "Pa", "Differential pressure P_d across the ram; for a circuit p_A - p_B";
-    volume, "m^3", "Net oil metered into the actuator V_T; for a circuit out of the levels";
-    leakage, "m^3", "Net oil gained through drift and leakage since the start";
+    volume, "m^3", "Net oil metered into the actuator V_T; for a circuit net oil taken from the supply levels";
+    leakage, "m^3", "Net oil gained by drift and leakage since the start";
     sign, "", "Current direction: +1 or -1";
     sliding, "", "The load moves";
     pressure_limited, "", "Auxiliary pistons clamp the pressure";
@@ -44,13 +44,12 @@ const AT_THE_END: &[Field<DhaState>] = fields! { DhaState:
     energy_supply, "J", "Work of supply and return since the start";
     energy_switching, "J", "Electrical energy of the solenoids";
     energy_viscous, "J", "Work on the load against viscous friction";
-    energy_kinetic, "J", "Kinetic energy of ram and load; for a circuit also energy of spring, \
-        weight and load force";
+    energy_kinetic, "J", "Kinetic energy of ram and load; for a circuit also the energy of spring, weight and load force";
     energy_stops, "J", "Energy absorbed by the stops";
     energy_friction, "J", "Energy lost to Coulomb friction";
-    energy_throttling, "J", "Throttling loss in the valves, or in the large volume's valve";
-    energy_throttling_small, "J", "Throttling loss in the small volume's valve";
-    energy_leakage, "J", "Throttling loss by drift and leakage";
+    energy_throttling, "J", "Throttling loss in the valves; for two volumes, in the valve of the large volume";
+    energy_throttling_small, "J", "Throttling loss in the valve of the small volume";
+    energy_leakage, "J", "Throttling loss caused by drift and leakage";
     energy_compressed, "J", "Energy stored in the compressed oil";
     energy_recovered, "J", "Energy returned by the compressed oil";
     energy_stored, "J", "Energy stored in the auxiliary pistons";
@@ -61,17 +60,16 @@ const AT_THE_END: &[Field<DhaState>] = fields! { DhaState:
 
 /// Outputs decided in the last tick of the step.
 const IN_THE_TICK: &[Field<DhaState>] = fields! { DhaState:
-    commanded_angle, "rad", "Commanded plane angle, after its limit";
+    commanded_angle, "rad", "Commanded plane angle, after limiting";
     error, "rad", "Predicted position error at the last pulse decision";
     hydraulic_power, "W", "Mean hydraulic power over the tick";
-    limit_cycle_frequency, "Hz", "Frequency of the last complete cycle of the direction; 0: none";
-    limit_cycle_amplitude, "rad", "Half of the planes' range of motion in it; 0: none";
-    pulses, "", "Calibrated volumes issued since the start, both signs; for a circuit switchings \
-        of its valves";
-    small_pulses, "", "The small ones among these, of a two-speed actuator";
-    sign_changes, "", "Changes of direction issued since the start";
-    slewing, "", "A volume was issued in every valve cycle of the tick";
-    inhibited, "", "A pulse was refused by the travel limit in the tick";
+    limit_cycle_frequency, "Hz", "Limit cycle: frequency of the last complete cycle; 0 if there is none";
+    limit_cycle_amplitude, "rad", "Limit cycle: half of the planes' range of motion in the last complete cycle; 0 if there is none";
+    pulses, "", "Number of calibrated volumes issued since the start, in both directions; for a circuit the number of valve switchings";
+    small_pulses, "", "Number of small volumes issued since the start, for a two-speed actuator";
+    sign_changes, "", "Number of changes of direction issued since the start";
+    slewing, "", "1 if a volume was issued in every valve cycle of the tick";
+    inhibited, "", "1 if the travel limit refused a pulse in the tick";
 };
 
 /// Outputs that a circuit of on/off valves does not have.

@@ -142,7 +142,7 @@ impl Instance {
         let mut parameters = false;
         for (reference, value) in values {
             let place = self.place(reference)?;
-            let place = place.ok_or_else(|| misuse!("time cannot be set by value"))?;
+            let place = place.ok_or_else(|| misuse!("the time cannot be set as a variable"))?;
             let Variable {
                 declaration,
                 causality,

@@ -95,7 +95,12 @@ impl Number {
             _ => return None,
         };
         let name = names.join(".").replace(".[", "[");
-        let declaration = Declaration::of(name, &0.0, "A number of the subject's file").unit(unit);
+        let declaration = Declaration::of(
+            name,
+            &0.0,
+            "A number of the file that describes the exported actuator, vehicle or model",
+        )
+        .unit(unit);
         Some(Self {
             declaration: Declaration {
                 default: value,

@@ -28,8 +28,8 @@ const PARAMETERS: [&str; 12] = [
 ];
 
 const OUTPUTS: &[Field<VehicleState>] = fields! { VehicleState:
-    distance, "m", "Along the initial heading since the start";
-    cross_track, "m", "To starboard of the initial heading";
+    distance, "m", "Position along the initial heading since the start";
+    cross_track, "m", "Position to starboard of the initial heading";
     depth, "m", "Depth, positive down";
     depth_rate, "m/s", "Depth rate, positive down";
     roll, "rad", "Roll, positive starboard side down";
@@ -40,7 +40,7 @@ const OUTPUTS: &[Field<VehicleState>] = fields! { VehicleState:
     yaw_rate, "rad/s", "Rate of the yaw angle";
     surge, "m/s", "Velocity through the water, forward";
     heave, "m/s", "Velocity through the water, down";
-    contact, "", "1: touched the surface in the last tick, 2: the bottom";
+    contact, "", "1: the vehicle touched the surface in the last tick; 2: it touched the bottom";
 };
 
 /// The sway, which `state` lacks.
@@ -102,23 +102,26 @@ impl Drive {
         let share =
             |name: String, description| Variable::input(name, "", description).within(-1.0, 1.0);
         match self {
-            Self::DivePlanes => angle("dive_planes", "Bow and stern planes, positive dive"),
+            Self::DivePlanes => angle(
+                "dive_planes",
+                "Angle of bow and stern planes, positive dive",
+            ),
             Self::BowSternDifferential => angle(
                 "bow_stern_differential",
-                "Added to the bow planes and subtracted from the stern planes",
+                "Angle added to the bow planes and subtracted from the stern planes",
             ),
             Self::RollDifferential => angle(
                 "roll_differential",
-                "Added to the starboard and subtracted from the port bow plane",
+                "Angle added to the starboard bow plane and subtracted from the port bow plane",
             ),
-            Self::Rudder => angle("rudder", "Rudder, positive turns to starboard"),
+            Self::Rudder => angle("rudder", "Rudder angle, positive turns to starboard"),
             Self::Thrust => share(
                 "thrust".to_owned(),
-                "Share of full thrust, if the parameter propulsion is thrust",
+                "Thrust as a share of full thrust, if the parameter propulsion is thrust",
             ),
             Self::Thruster(name) => share(
                 format!("thrusters.{name}"),
-                "Share of the thruster's full command",
+                "Command of the thruster as a share of its full command",
             ),
         }
     }

@@ -103,7 +103,7 @@ impl Setting {
                 "current",
                 current[1],
                 speeds(current),
-                "least and largest, 0 to 10 m/s",
+                "the smallest and the largest value, 0 to 10 m/s",
             ),
         ];
         if let Some((entry, value, _, expected)) = rules.into_iter().find(|(_, _, holds, _)| !holds)

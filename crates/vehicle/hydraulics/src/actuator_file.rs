@@ -324,11 +324,11 @@ impl Logic {
             (2, Some(feedback)) => return Ok(LimitOption::Aware(feedback)),
             (1, Some(_)) => (
                 "logic.limit_feedback",
-                "limit option 1 has no feedback from the actuator; leave the field out",
+                "limit option 1 uses no feedback from the actuator; leave the field out",
             ),
             (2, None) => (
                 "logic.limit_feedback",
-                "limit option 2 books this angle for an inhibited volume; give it",
+                "limit option 2 needs this angle, which it counts for an inhibited volume",
             ),
             _ => ("logic.limit_option", "it must be 1 or 2"),
         };
@@ -346,12 +346,12 @@ impl ActuatorSet {
             (
                 self.threshold > self.quantum / 2.0,
                 "logic.threshold",
-                "it must exceed half of logic.quantum, or the logic never rests".into(),
+                "it must exceed half of logic.quantum; otherwise the logic never rests".into(),
             ),
             (
                 self.inhibit_beyond <= self.stop,
                 "logic.inhibit_beyond",
-                "with a ram.stop it must be given and lie within it".into(),
+                "if ram.stop is given, this limit must be given too and lie within ram.stop".into(),
             ),
         ];
         let rules = self.pressure_rules().into_iter();
@@ -367,12 +367,12 @@ impl ActuatorSet {
         let resting = oil.supply / self.area_ratio;
         let clamped = |field, clamp: f64, room: f64, bound| {
             let rule = format!(
-                "it must not exceed {bound}, {room:.6} Pa, or oil would flow from low to high pressure"
+                "it must not exceed {bound}, {room:.6} Pa; otherwise oil would flow from low to high pressure"
             );
             (clamp <= room * (1.0 + 1e-12), field, rule.into())
         };
         let moves = |field, clamp: f64| {
-            let rule = "on ram.area it must overcome load.coulomb, or the ram never moves";
+            let rule = "the pressure times ram.area must exceed load.coulomb; otherwise the ram never moves";
             let holds = clamp * self.area > self.load.coulomb * 1.001;
             (holds, field, rule.into())
         };
@@ -380,7 +380,7 @@ impl ActuatorSet {
             (
                 self.area_ratio > 1.0,
                 "ram.area_ratio",
-                "it must exceed 1: the larger area is the left one".into(),
+                "the ratio must exceed 1: the left side has the larger area".into(),
             ),
             (
                 oil.return_pressure < oil.supply,
@@ -442,17 +442,17 @@ impl ActuatorSet {
             (
                 self.natural_frequency() * self.cycle() <= MOST_RADIANS,
                 "oil.stiffness",
-                "the load must turn less than 10000 rad in a valve cycle".into(),
+                "the load must oscillate by less than 10000 rad in a valve cycle".into(),
             ),
             (
                 load.mass / load.viscous >= SHORTEST_TIME,
                 "load.viscous",
-                "load.mass over it must be at least 1e-6 s".into(),
+                "load.mass divided by this value must be at least 1e-6 s".into(),
             ),
             (
                 leakage_rate * SHORTEST_TIME <= 1.0 && damped * self.cycle() <= MOST_RADIANS,
                 "leakage.rate_gain",
-                "it would empty the oil too fast: oil.supply over 2 rate_gain oil.stiffness must be at least 1e-6 s, and times load.mass over load.viscous at least (1e-4 valve cycles)^2".into(),
+                "the oil would leak away too fast: oil.supply / (2 rate_gain oil.stiffness) must be at least 1e-6 s, and its product with load.mass / load.viscous at least (1e-4 valve cycles)^2".into(),
             ),
         ]
     }

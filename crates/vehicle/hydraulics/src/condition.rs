@@ -94,7 +94,7 @@ impl Condition {
         }
         if self.slow_latch > 0.0 {
             let late = 1e3 * self.slow_latch;
-            faults.push(format!("one latch slow by {late:.1} ms"));
+            faults.push(format!("one latch is slow by {late:.1} ms"));
         }
         match self.stuck {
             Some(StuckValve::Actuating) => faults.push("actuating valve stuck".to_owned()),

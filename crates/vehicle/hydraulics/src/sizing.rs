@@ -119,7 +119,7 @@ pub fn for_load(load: &Load) -> Result<ActuatorSet, SizingError> {
     let area = for_force.max((column / load.stiffness).sqrt());
     Ok(ActuatorSet {
         name: "sized for a load".to_owned(),
-        source: "the formulas of IBM 66-L03-005 (1966) followed back".to_owned(),
+        source: "the formulas of IBM 66-L03-005 (1966), solved for the dimensions".to_owned(),
         load: RamLoad {
             mass: load.mass,
             viscous: load.viscous,
@@ -201,7 +201,7 @@ pub fn sizes(set: &ActuatorSet) -> Vec<Size> {
         size("quantum of oil V_c", set.volume, volume),
         size("quantum at the ram V_c/A_L", set.ram_quantum(), length),
         size("quantum at the planes", set.plane_quantum(), angle),
-        size("booked for it delta_b", set.quantum, angle),
+        size("plane angle counted for it delta_b", set.quantum, angle),
         size("dead zone +-e_b", set.threshold, angle),
         size(
             "stiction band +-Delta F/(A_L^2 beta/V)",

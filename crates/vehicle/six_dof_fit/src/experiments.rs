@@ -67,11 +67,12 @@ const SHAPES: [Shape; 5] = [
         t if t < 10.0 => -1.0,
         _ => 0.0,
     }),
-    ("zig-zag, 5 s each way", |t| square(t, 5.0)),
-    ("zig-zag, 2 s each way", |t| square(t, 2.0)),
-    ("spiral in thirds, 9 s each", |t| {
-        [1.0, 2.0, 3.0, -1.0, -2.0, -3.0][((t / 9.0) as usize).min(5)] / 3.0
-    }),
+    ("zig-zag, 5 s to each side", |t| square(t, 5.0)),
+    ("zig-zag, 2 s to each side", |t| square(t, 2.0)),
+    (
+        "spiral in steps of a third of the deflection, 9 s each",
+        |t| [1.0, 2.0, 3.0, -1.0, -2.0, -3.0][((t / 9.0) as usize).min(5)] / 3.0,
+    ),
 ];
 
 fn square(t: f64, half: f64) -> f64 {

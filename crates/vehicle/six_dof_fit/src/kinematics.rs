@@ -42,12 +42,12 @@ impl fmt::Display for Contradiction {
         let is = |of: f64| (ratio.abs() / of - 1.0).abs() < NEAR;
         write!(
             f,
-            "{signal} moves {ratio:.3} times as far as the velocities and the attitude imply"
+            "{signal} moves {ratio:.3} times as far as velocities and attitude imply"
         )?;
         if *ratio < 0.0 && is(1.0) {
-            f.write_str(": its sign is reversed (an axis that points up or to the left?)")
+            f.write_str(": the sign seems reversed (an axis that points up or to the left?)")
         } else if is(1f64.to_degrees()) || is(1f64.to_radians()) {
-            f.write_str(": one is in degrees, the other in radians")
+            f.write_str(": one of them is in degrees, the other in radians")
         } else {
             f.write_str(": check units, clock and frame")
         }

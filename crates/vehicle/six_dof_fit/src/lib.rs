@@ -194,11 +194,12 @@ impl SixDofVerdict {
 impl fmt::Display for SixDofVerdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Contradictory => f.write_str("not usable: the recording contradicts itself"),
+            Self::Contradictory => {
+                f.write_str("not usable: signals of the recording contradict each other")
+            }
             Self::Worse { ratio } => write!(
                 f,
-                "not usable: its errors on the held-out data are {ratio:.2} times those of the \
-                 initial vehicle"
+                "not usable: the errors on the held-out data are {ratio:.2} times those of the initial vehicle"
             ),
             Self::NotValidated => f.write_str("not validated: no data was held out"),
             Self::NotDetermined { count, of } => write!(
@@ -245,8 +246,7 @@ impl SixDofResult {
     pub fn text(&self, name: &str, recording: &str) -> String {
         let head = format!(
             "{name}: fitted by planesman six-dof fit to {recording}, {:.0} s in {} windows, like \
-             {}.\nVerdict: {}.\nEstimated numbers are marked, with half their 95 % intervals; all \
-             others are unchanged.",
+             {}.\nVerdict: {}.\nEstimated numbers are marked, with half of their 95 % interval; all other numbers are unchanged.",
             self.seconds,
             self.windows,
             self.like,

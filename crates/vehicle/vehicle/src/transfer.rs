@@ -19,7 +19,7 @@ planesman_text::choices! {
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Input {
         DivePlanes = "dive_planes": "The dive planes' angle (rad), positive to dive",
-        PitchRate = "pitch_rate": "The pitch rate (rad/s), for output depth only; without the direct effect of the planes",
+        PitchRate = "pitch_rate": "The pitch rate (rad/s), only for the output depth; without the direct effect of the planes",
     }
 }
 
@@ -131,6 +131,6 @@ fn operating_point(level: Option<LevelFlight>) -> String {
             level.pitch.to_degrees(),
             level.planes.to_degrees()
         ),
-        None => "about zero pitch: at this speed the vehicle has no trim".to_owned(),
+        None => "about zero pitch: the vehicle cannot be trimmed at this speed".to_owned(),
     }
 }

@@ -287,13 +287,13 @@ impl VehicleFile {
         let heave_inertia = p.mass - c.z_w_dot * reference_mass;
         let pitch_inertia = c.i_y_minus_m_q_dot * reference_mass * length * length;
         let coupling = c.z_q_dot * c.m_w_dot * (reference_mass * length).powi(2);
-        let passive = "it must not be above zero, since it would add energy to the motion";
-        let far = "it must not be farther from the body's origin than the reference length";
+        let passive = "it must not be above zero, because it would add energy to the motion";
+        let far = "the distance from the body's origin must not exceed the reference length";
         let rules = [
             (
                 p.restoring_arm >= 0.0,
                 "particulars.restoring_arm",
-                "it must not be below zero, since the vehicle would turn over",
+                "it must not be below zero, because the vehicle would turn over",
             ),
             (c.z_w_dot <= 0.0, "coefficients.z_w_dot", passive),
             (c.z_w <= 0.0, "coefficients.z_w", passive),
@@ -308,8 +308,7 @@ impl VehicleFile {
             (
                 coupling.abs() < heave_inertia * pitch_inertia,
                 "coefficients.z_q_dot",
-                "it must keep the inertia positive: z_q_dot m_w_dot is at least that of heave \
-                 times pitch",
+                "the inertia must be positive: z_q_dot times m_w_dot is at least the inertia of heave times that of pitch",
             ),
             (
                 on_hull(p.gravity_below_origin),

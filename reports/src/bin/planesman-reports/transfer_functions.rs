@@ -43,8 +43,7 @@ fn as_printed(args: &TfArgs) -> Result<Models> {
             PRINTED.depth(DepthRate::AsPrinted { feet_per_second }, D2_ANOMALY)?,
             table_8::depth_as_printed(feet_per_second)?,
             format!(
-                "multiply by 23.44 / U = {:.6} to get depth volts per gyro volt; it uses z' = w + U theta, and its D2 is \
-                 1.5 times that of its formula",
+                "multiply by 23.44 / U = {:.6} to get depth volts per gyro volt; the model uses z' = w + U theta, and its D2 is 1.5 times the value of its formula",
                 table_8::depth_gain() / feet_per_second
             ),
         ),
@@ -55,7 +54,7 @@ fn as_printed(args: &TfArgs) -> Result<Models> {
     let mut remarks = vec![gain];
     if (args.rate * SAMPLING_TIME - 1.0).abs() > 1e-9 {
         remarks.push(format!(
-            "the thesis samples only at 20 Hz, not at {}",
+            "the thesis samples only at 20 Hz, but this command at {} Hz",
             args.rate
         ));
     }

@@ -34,7 +34,7 @@ pub fn figures() -> Result<Vec<Plot<'static>>, IdentificationError> {
         rate(
             55,
             NineTwo,
-            "A fast sinusoid: a good fit shows only that gain and phase match at 1.25 Hz.",
+            "A fast sinusoid: a good fit only shows that gain and phase match at 1.25 Hz.",
         )?,
         planes(56, NineTwo, "The input of Fig. 55."),
     ])
@@ -85,7 +85,7 @@ fn depth(number: u8, run: Run) -> Result<Plot<'static>, IdentificationError> {
     drawing.predictions(
         Relation::Depth,
         run,
-        "The synthetic depth is the pitch rate integrated by Table 8's second-order model. The error of that prediction is the gyro bias left by detrending, integrated twice.",
+        "The synthetic depth is computed from the pitch rate by Table 8's second-order model. The error of this prediction is the gyro bias left by detrending, integrated twice.",
     )
 }
 

@@ -78,7 +78,7 @@ impl Follower {
                 if self.adapted.replace(adapted) != Some(adapted) {
                     self.changes = Some(match reason {
                         None => "gains follow the identified model".to_owned(),
-                        Some(reason) => format!("gains follow the schedule: {reason}"),
+                        Some(reason) => format!("the gains follow the schedule: {reason}"),
                     });
                 }
                 (gains, adapted)

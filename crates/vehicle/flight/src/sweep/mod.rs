@@ -296,7 +296,7 @@ impl Sweep {
         progress.end();
         filled.during(|| {
             format!(
-                "'{}'; run the same command again to continue",
+                "'{}'; to continue, run the same command again",
                 file.display()
             )
         })?;

@@ -258,7 +258,7 @@ impl Table {
             arm: 0.25 * hull.length / l,
         };
         let at_quarter = quarter.m_w() + fins.m_w();
-        let method = "hull lift at its quarter length, and fins";
+        let method = "hull lift at a quarter of its length, and fins";
         self.by_methods(m_w, impulse, [(method, at_quarter)]);
         let Some(spheroid) = Spheroid::new(hull.length, equivalent_diameter(hull.section)) else {
             let reason = "M'w by Munk: the hull is not longer than the diameter of its section";
@@ -269,11 +269,11 @@ impl Table {
         match hull.lift_aft {
             Some(aft) => {
                 let less = ideal + hull_z_w * aft / l + fins.m_w();
-                self.by_methods(m_w, impulse, [("Munk less the lift aft, and fins", less)]);
+                self.by_methods(m_w, impulse, [("Munk minus the lift aft, and fins", less)]);
             }
             None => self
                 .missing
-                .push("M'w by Munk less the lift aft: geometry.hull.lift_aft is not given".into()),
+                .push("M'w by Munk minus the lift aft: geometry.hull.lift_aft is not given".into()),
         }
     }
 
@@ -298,7 +298,7 @@ impl Table {
             self.figure(format!("{name} in air"), "box", in_air, INERTIA);
             let Some(one) = added_mass::block(rho, blocks.side, blocks.thickness) else {
                 self.missing.push(format!(
-                    "added mass in {axis}: the table of blocks knows B/A from 0.5 to 2, not {:.3}",
+                    "added mass in {axis}: the table of blocks covers B/A from 0.5 to 2, not {:.3}",
                     blocks.thickness / blocks.side
                 ));
                 continue;

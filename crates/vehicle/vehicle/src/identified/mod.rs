@@ -36,9 +36,17 @@ pub fn vehicle(base: &Vehicle, model: &ModelFile) -> Result<Vehicle, Error> {
     };
     let mut found = target.reached_from(base)?;
     for (coefficient, value, consequence) in [
-        ("beta", -found.coefficients.m_q, "swing up by itself"),
+        (
+            "beta",
+            -found.coefficients.m_q,
+            "pitch more and more by itself",
+        ),
         ("mu", found.restoring_arm, "turn over"),
-        ("zeta", -found.coefficients.z_w, "heave up by itself"),
+        (
+            "zeta",
+            -found.coefficients.z_w,
+            "heave more and more by itself",
+        ),
     ] {
         if value < 0.0 {
             return Err(Error::Unstable {

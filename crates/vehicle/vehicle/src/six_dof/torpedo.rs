@@ -162,7 +162,7 @@ impl Torpedo {
                 slender,
                 4.0,
                 15.0,
-                "4 to 15: the formulas are of slender hulls",
+                "4 to 15: the formulas apply to slender hulls",
             ),
             (
                 "prismatic coefficient",
@@ -177,7 +177,7 @@ impl Torpedo {
                 self.reserve,
                 -0.05,
                 0.1,
-                "-0.05 to 0.1 of the buoyancy",
+                "-0.05 to 0.1 times the buoyancy",
             ),
             (
                 "centre of gravity below that of buoyancy",
@@ -191,14 +191,14 @@ impl Torpedo {
                 self.fin_span,
                 0.05 * self.diameter,
                 2.0 * self.diameter,
-                "a twentieth to twice the diameter",
+                "0.05 to 2 times the diameter",
             ),
             (
                 "fin chord",
                 self.fin_chord,
                 0.2 * self.fin_span,
                 5.0 * self.fin_span,
-                "a fifth to five times the span",
+                "0.2 to 5 times the span",
             ),
             (
                 "fins aft of the middle",

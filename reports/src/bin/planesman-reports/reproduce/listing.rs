@@ -69,7 +69,7 @@ pub(crate) fn text(
         let _ = writeln!(errata, "{number:>4}  {erratum}");
     }
     if !errata.is_empty() {
-        errata.insert_str(0, "\nErrata referred to above\n");
+        errata.insert_str(0, "\nErrata mentioned above\n");
     }
     Ok(format!("\n{text}{}", wrapped(&errata)))
 }

@@ -103,7 +103,7 @@ impl Page {
             p.lead { "Every printed number compared with the recomputed one, and the figures that are missing in the copies." }
             div.columns { @for summary in &self.summaries { (summary) } }
             div.filter id="numbers" {
-                input type="search" placeholder="words, such as: Table 1 damping" aria-label="show only rows with these words";
+                input type="search" placeholder="words, such as: Table 1 damping" aria-label="show only rows that contain these words";
                 select aria-label="verdict" {
                     option value="" { "every verdict" }
                     @for (verdict, _) in VERDICTS { option value=(verdict) { (verdict) } }
