@@ -1,6 +1,6 @@
-//! What of a log may be identified from what: a first command to run. Names propose inputs and outputs, the share of an output's
-//! variation that goes with the input ranks them, and a quick fit has to find a model that is usable: of the whole record, or of its second half.
-//! The pair is then fitted as the command would fit it; a pair whose model is not usable gives way to the next.
+//! Proposes a first identification command for a log: which output to identify from which input. Signal names give the candidates, and the share of
+//! an output's variation explained by the input ranks them. A quick fit of the whole record, or of its second half, must then find a usable model.
+//! Finally the pair is fitted exactly as the command would fit it; if that model is not usable, the next pair is tried.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -18,7 +18,7 @@ use crate::fit::fit;
 use crate::options::{FitOptions, SignalOptions};
 use crate::record::Expected;
 
-/// Words in the name of a command, and of a measurement.
+/// Words in the names of commands, and in the names of measurements.
 #[rustfmt::skip]
 const INPUTS: [&str; 25] = [
     "cmd", "command", "setpoint", "control", "effort", "pwm", "thrust", "throttle", "rudder", "actuator", "servo", "input", "reference",
@@ -33,7 +33,7 @@ const OUTPUTS: [&str; 30] = [
     "att", "gyr", "baro",
 ];
 
-/// Parts of messages that are no signal of the system. A controller computes its error from an output, so it is no input.
+/// Parts of messages that are not signals of the system. A controller computes its error from an output, so an error is not an input.
 const NOT_SIGNALS: [&str; 12] = [
     "error",
     "err",
@@ -49,8 +49,8 @@ const NOT_SIGNALS: [&str; 12] = [
     "orientation.w",
 ];
 
-/// Words for input, output, reference and error in the names of a control loop's signals; the rest of a name is the loop's, as of `u_speed`,
-/// `y_speed`, `r_speed`.
+/// Words for input, output, reference and error in the signal names of a control loop; the rest of the name identifies the loop (for example
+/// `u_speed`, `y_speed`, `r_speed`).
 const LOOP: [&[&str]; 4] = [
     &[
         "u", "cmd", "command", "control", "effort", "input", "actuator",
@@ -77,50 +77,50 @@ const LOOP: [&[&str]; 4] = [
     &["e", "err", "error"],
 ];
 
-/// How the names of fields end that say how a node is, and what a controller has computed from an output.
+/// Endings of field names that describe the state of a node, or values that a controller computes from an output.
 const STATES: [&str; 4] = ["_error", "_limited", "_source", "_valid"];
 
-/// So many inputs are tried, and so many outputs of each, by their names.
+/// Maximum number of inputs tried, and of outputs tried for each input, chosen by name.
 const TRIED: (usize, usize) = (3, 12);
-/// The share of an output's variation from which a straight line is all that it is: a ramp, a counter or a stamp.
+/// If a straight line explains this share of an output's variation, the output is considered a ramp, a counter or a stamp.
 const RAMP: f64 = 0.98;
-/// The share of an output's variation from which it is proposed.
+/// Minimum share of an output's variation that the input must explain, so that the pair is proposed.
 const LEAST: f64 = 0.1;
-/// Outputs of an input that a model is sought of.
+/// Maximum number of outputs of an input for which a model is searched.
 const MODELLED: usize = 4;
-/// Pairs that are fitted as the command would fit them, at most: each takes as long as ten quick fits.
+/// Maximum number of pairs that are fitted exactly as the command would fit them; each takes as long as ten quick fits.
 const OBEYED: usize = 3;
-/// Samples of all signals together that are read.
+/// Maximum number of samples read, over all signals.
 const MOST_KEPT: usize = 1 << 19;
-/// Segments of a record that are tried, the longest.
+/// Maximum number of segments of a record that are tried, longest first.
 const SEGMENTS: usize = 20;
-/// How many samples of an input of steps come to each that differs from the one before, at least.
+/// An input counts as steps if it has at least this many samples for each change of value.
 const STEPS: usize = 20;
-/// The shortest record, s, of which the second half is tried by itself.
+/// Minimum duration, s, of a record whose second half is also tried separately.
 const LONG: f64 = 20.0;
 
 /// A signal by its name, with its rank among inputs or outputs.
 type Ranked = ([usize; 2], String);
 
-/// The ways to fit, in the order in which they are tried, each of all pairs: by these orders of output error, the quickest method that noise of
-/// no colour misleads, or by a process model, to which a step is enough; and whether of the second half of the record alone, which may
-/// hold an experiment where the first half holds the way to it.
+/// The ways to fit, in the order in which they are tried for all pairs. `Some` orders: output error, the fastest method without bias from coloured
+/// noise; `None`: a process model, which needs only a step. The flag selects the second half of the record only, for example if the first half is the
+/// transit to the experiment.
 const WAYS: [(&[Option<usize>], bool); 3] = [
     (&[Some(2), Some(1)], false),
     (&[None], false),
     (&[Some(2), Some(1)], true),
 ];
 
-/// The data of which pairs of signals are tried.
+/// Data for trials with pairs of signals.
 struct Trial<'d> {
     data: &'d DataOptions,
-    /// What has been read of them; `None` where they cannot be read together.
+    /// The signals read so far; `None` if they cannot be read together.
     kept: Option<Vec<Box<dyn Source>>>,
-    /// Where its record begins, s.
+    /// Time at which the record begins, s.
     from: Option<f64>,
-    /// Pairs that may still be fitted as the command would fit them.
+    /// Number of pairs that may still be fitted exactly as the command would fit them.
     left: usize,
-    /// The first pair that is not proposed, and why.
+    /// The first pair that was not proposed, with the reason.
     refusal: Option<String>,
 }
 
@@ -146,10 +146,10 @@ fn ranked<'s>(signals: impl Iterator<Item = (&'s str, &'s str)>) -> (Vec<Ranked>
     (inputs, outputs)
 }
 
-/// The signals of a control loop by their names: those of the parts in [`LOOP`], where there are any.
+/// The signals of a control loop, found by the name parts in [`LOOP`]; `None` for missing ones.
 type NamedLoop = [Option<String>; 4];
 
-/// The loops of which an input and an output are there.
+/// The control loops for which both an input and an output exist.
 fn loops(signals: impl Iterator<Item = String>) -> Vec<NamedLoop> {
     let mut loops: BTreeMap<String, NamedLoop> = BTreeMap::new();
     for signal in signals {
@@ -172,8 +172,8 @@ fn loops(signals: impl Iterator<Item = String>) -> Vec<NamedLoop> {
         .collect()
 }
 
-/// A command that fits the output most likely to the input most likely, with the others to choose from, of signals that vary: topic, empty
-/// in a table, and path. `None` where nothing looks like an input and an output.
+/// A command that fits the most likely output to the most likely input, followed by the alternatives. Only signals that vary are considered; each has
+/// a topic (empty in a table) and a path. `None` if no signals look like an input and an output.
 ///
 /// # Errors
 /// Why no command is proposed though there are inputs and outputs.
@@ -259,7 +259,7 @@ pub(crate) fn suggestion<'s>(
     Ok(Some(command(paths, &inputs, &outputs, &options)))
 }
 
-/// The command that fits the first output to the first input, and the others to choose from.
+/// The command that fits the first output to the first input, followed by the alternatives.
 fn command(paths: &[PathBuf], inputs: &[Ranked], outputs: &[Ranked], options: &str) -> String {
     let (input, output) = (shell_word(&inputs[0].1), shell_word(&outputs[0].1));
     let files: Vec<String> = paths
@@ -282,7 +282,7 @@ fn command(paths: &[PathBuf], inputs: &[Ranked], outputs: &[Ranked], options: &s
     )
 }
 
-/// Whether a fit with the loop's reference, as the command would do it, gives a usable model.
+/// Whether a fit with the loop's reference, exactly as the command would fit it, gives a usable model.
 fn has_model(data: &DataOptions, input: &str, output: &str, reference: &str) -> bool {
     let signals = SignalOptions {
         data: data.clone(),
@@ -298,7 +298,7 @@ fn has_model(data: &DataOptions, input: &str, output: &str, reference: &str) -> 
     fit(&options, &()).is_ok_and(|it| it.analysis.verdict.is_usable())
 }
 
-/// A signal's topic, empty in a table, and its path, as a command has them.
+/// The signal's name as written in a command: topic (empty in a table) and path.
 fn full_name((topic, path): (&str, &str)) -> String {
     match topic {
         "" => path.to_owned(),
@@ -327,7 +327,7 @@ impl<'d> Trial<'d> {
         }
     }
 
-    /// The place of the first output with a usable model, and the order that a quick fit found; those whose model may integrate come last.
+    /// Index of the first output with a usable model, and the order found by a quick fit; outputs whose model may integrate come last.
     fn first_usable(
         &mut self,
         input: &str,
@@ -349,7 +349,7 @@ impl<'d> Trial<'d> {
         integrating.find(|(place, order)| self.is_usable(input, &outputs[*place].1, *order))
     }
 
-    /// Whether the proposed command would find a usable model, of which a quick fit with this order found one.
+    /// Whether the proposed command would find a usable model, after a quick fit with this order found one.
     fn is_usable(&mut self, input: &str, output: &str, order: Option<usize>) -> bool {
         // The quick fit of a process model is the command's own.
         if order.is_none() || self.left == 0 {
@@ -367,7 +367,7 @@ impl<'d> Trial<'d> {
         self.refusal.get_or_insert_with(refusal);
     }
 
-    /// The outputs that go with an input, those first of which it accounts for most, to a tenth; places in space last, since they integrate
+    /// The outputs that move with an input, largest explained share first (rounded to a tenth). Positions come last, because they integrate
     /// everything that moves the vehicle.
     fn going_with(&self, input: &str, outputs: &[Ranked]) -> Vec<Ranked> {
         let tried = outputs.iter().take(TRIED.1);
@@ -384,8 +384,8 @@ impl<'d> Trial<'d> {
         going.into_iter().map(|it| it.1).collect()
     }
 
-    /// The share of an output's variation about a straight line, 0 to 1, that a linear response to an input explains: by their coherence,
-    /// where it is more than chance. `None` of a ramp or a stamp, and where they make no record.
+    /// Share (0 to 1) of an output's variation about a straight line that a linear response to the input explains, computed from their coherence
+    /// where it is significant. `None` for a ramp or a stamp, and if the signals give no record.
     fn linear_share(&self, input: &str, output: &str) -> Option<f64> {
         let raw = self.record(input, output, Trend::None)?;
         let longest = raw.segments.iter().max_by_key(|it| it.len())?;
@@ -405,8 +405,8 @@ impl<'d> Trial<'d> {
         Some(with / all).filter(|share| share.is_finite())
     }
 
-    /// Whether the pair's model may integrate, as of a position, which is harder to identify than the rate, and the order that found it; the
-    /// verdict where none finds one that is usable. `None` where none can be tried.
+    /// Whether the pair's model may integrate (for example to a position, which is harder to identify than the rate), and the order found; otherwise
+    /// the verdict if no usable model was found. `None` if no fit could be tried.
     fn integrates(
         &self,
         input: &str,
@@ -437,7 +437,7 @@ impl<'d> Trial<'d> {
         refusal.map(Err)
     }
 
-    /// Fits a pair as the proposed command does, but for static curves: one is taken only where it simulates better.
+    /// Fits a pair as the proposed command does, but without static curves: the command accepts a curve only if it simulates better.
     ///
     /// # Errors
     /// The verdict on the model, if it is not usable, or the reason why there is no model; both in words.
@@ -455,7 +455,8 @@ impl<'d> Trial<'d> {
         }
     }
 
-    /// The middle of the record of the input with the first output that makes one, in whole s; `None` of short records and of several sources.
+    /// The middle, in whole seconds, of the record of the input and the first output with a common record; `None` for short records and for several
+    /// sources.
     fn half(&self, input: &str, outputs: &[Ranked]) -> Option<f64> {
         let [_] = self.kept.as_deref()? else {
             return None;
@@ -471,7 +472,7 @@ impl<'d> Trial<'d> {
         self.record_for_fit(input, output, detrend, false)
     }
 
-    /// The record of a pair; decimated, where it is sampled far faster than it moves, if that is allowed.
+    /// The record of a pair. If allowed, it is decimated when it is sampled much faster than it moves.
     fn record_for_fit(
         &self,
         input: &str,
@@ -496,7 +497,7 @@ impl<'d> Trial<'d> {
     }
 }
 
-/// The longest segments of a record, or the part of it in which a model is searched.
+/// The longest segments of a record, or the part of the record in which a model is searched.
 fn shortened(mut record: Record) -> Record {
     // Each has an offset of its own, which a quick fit of hundreds would seek.
     if record.segments.len() > SEGMENTS {
@@ -510,7 +511,7 @@ fn shortened(mut record: Record) -> Record {
     record
 }
 
-/// Whether the input stands but for a few steps.
+/// Whether the input is constant except for a few steps.
 fn is_of_steps(record: &Record) -> bool {
     let changes = record.segments.iter().map(|segment| {
         let pairs = segment.inputs[0].windows(2);
@@ -519,7 +520,7 @@ fn is_of_steps(record: &Record) -> bool {
     changes.sum::<usize>() * STEPS < record.samples()
 }
 
-/// The options of the time that the data needs.
+/// The time options that the data needs.
 fn time(data: &DataOptions, has_time: bool) -> String {
     let stamp = data.stamp.map(|it| it.name().to_owned());
     let unit = data.time_unit.map(|it| it.name().to_owned());
@@ -538,7 +539,7 @@ fn time(data: &DataOptions, has_time: bool) -> String {
     given.collect()
 }
 
-/// Whether a field may be a signal of the system, not one of its message or a time.
+/// Whether a field may be a signal of the system, in contrast to a message property or a time.
 fn is_of_the_system(path: &str) -> bool {
     let is_time = path.split(['[', '.']).any(|it| {
         let name = it.to_ascii_lowercase();
@@ -553,8 +554,8 @@ fn is_of_the_system(path: &str) -> bool {
     })
 }
 
-/// Whether a name has the word between underscores, slashes and dots, or one that begins so: `thrusters`, `imu0`. What a controller says is
-/// no control.
+/// Whether a name contains the word between underscores, slashes and dots, or a part that begins with the word (`thrusters`, `imu0`). The part
+/// `controller` does not count as a control input.
 fn has(name: &str, word: &str) -> bool {
     let name = name.to_ascii_lowercase();
     let mut parts = name.split(|sign: char| !sign.is_ascii_alphanumeric());

@@ -19,34 +19,33 @@ use crate::data::{DataOptions, reading};
 use crate::error::FitError;
 use crate::suggestion::suggestion;
 
-/// Fields of a topic that are read, and of all topics together.
+/// Maximum number of fields read per topic, and over all topics.
 const FIELDS_OF_TOPIC: usize = 1000;
 const FIELDS: usize = 20_000;
 
-/// Fields whose first samples are kept to be looked at.
+/// Maximum number of fields whose first samples are stored for inspection.
 const INSPECTED: usize = 4000;
 
-/// Topics that are read.
+/// Maximum number of topics read.
 const TOPICS: usize = 1000;
 
-/// Numbers of which a signal that is suggested has so many at least.
+/// Minimum number of samples of a suggested signal.
 const FEWEST: u64 = 50;
 
-/// Names of a topic's messages that are counted.
+/// Maximum number of message names counted per topic.
 const NAMES: usize = 100;
 
-/// Numbers of a time history at most.
+/// Maximum number of points of a time history.
 pub const SPARKS: usize = 24;
 
 /// The topics of a bag or table.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Survey {
-    /// Every topic by name; a table is one.
+    /// All topics by name; a table counts as one topic.
     pub topics: Vec<TopicSurvey>,
     /// Everything that could not be read or is not listed, and why.
     pub notes: Vec<String>,
-    /// A command that identifies something, and the signals to choose from; none where nothing looks like an input and an output, or
-    /// before [`Survey::suggest`].
+    /// A first identification command with alternative signals; `None` if no signals look like an input and an output, or before [`Survey::suggest`].
     pub suggestion: Option<String>,
 }
 
@@ -55,44 +54,44 @@ pub struct Survey {
 pub struct TopicSurvey {
     /// Its name.
     pub name: String,
-    /// The type of its messages; empty for a table.
+    /// The type of the topic's messages; empty for a table.
     pub type_name: String,
     /// The source of the stamps: header or log.
     pub stamps: String,
-    /// How its messages lie in time, on a clock that goes on.
+    /// Timing of the messages, on a clock corrected for jumps back.
     pub timing: Timing,
-    /// Messages per second; where they come in bursts, over the time between bursts.
+    /// Messages per second; for bursts, averaged over the time between bursts.
     pub rate: f64,
-    /// What was found of the clock: where it wraps, goes back or begins anew, or may be of another unit.
+    /// Findings about the clock: where it wraps, goes back or restarts, or that its unit may be different.
     pub clock: Vec<String>,
-    /// What becomes of their stamps in a record.
+    /// Correction of the stamps that a record would use.
     pub change: Option<Change>,
-    /// The share of intervals below a tenth of the mean, 0 to 1, as of messages that come in bursts.
+    /// Share (0 to 1) of intervals shorter than a tenth of the mean; large if messages come in bursts.
     pub bursts: f64,
-    /// Its numeric fields, in the order in which they lie in a message.
+    /// The topic's numeric fields, in the order of the message.
     pub fields: Vec<FieldSurvey>,
-    /// Why the topic could not be read, whole or in part.
+    /// Reason why the topic could not be read, completely or in part.
     pub note: Option<String>,
 }
 
 /// A field and its range.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct FieldSurvey {
-    /// Its path in a message, or its column.
+    /// Path of the field in a message, or name of its column.
     pub path: String,
     /// Finite numbers.
     pub count: u64,
-    /// Numbers that are NaN or infinite.
+    /// Number of values that are NaN or infinite.
     pub not_finite: u64,
-    /// The least; 0 without any.
+    /// Smallest value; 0 if there are no values.
     pub min: f64,
-    /// The greatest; 0 without any.
+    /// Largest value; 0 if there are no values.
     pub max: f64,
-    /// Its time history: means over segments of equally many numbers.
+    /// The field's time history: means over segments with equal numbers of values.
     pub means: Vec<f64>,
-    /// What becomes of its samples as an output of a record: those of a slow sensor, angles that wrap.
+    /// Corrections of the samples when the field is an output of a record, for example for a slow sensor or for angles that wrap.
     pub changes: Vec<Change>,
-    /// What speaks for two things in turns.
+    /// Evidence that the field mixes two sources.
     pub mixture: Option<Mixture>,
 }
 
@@ -109,7 +108,7 @@ impl TopicSurvey {
     }
 }
 
-/// Looks through the data: all topics, or those whose name contains `topic`.
+/// Surveys the data: all topics, or only topics whose name contains `topic`.
 ///
 /// # Errors
 /// Data that cannot be read.
@@ -139,7 +138,7 @@ pub fn survey(
 }
 
 impl Survey {
-    /// Takes the suggestion, for which the signals that may be meant are read once more; a note says why there is none.
+    /// Removes and returns the suggestion; this reads the possible signals once more. If there is no suggestion, a note gives the reason.
     ///
     /// # Errors
     /// Data that cannot be read.
@@ -171,7 +170,7 @@ impl Survey {
     }
 }
 
-/// A field while it is read.
+/// State of a field while the data is read.
 #[derive(Clone, Debug, Default)]
 struct Field {
     count: u64,
@@ -179,7 +178,7 @@ struct Field {
     range: Option<(f64, f64)>,
     means: SegmentMeans,
     inspection: ValueInspection,
-    /// Whether there is room to look at its samples.
+    /// Whether the field's samples are stored for inspection.
     is_inspected: bool,
 }
 
@@ -221,12 +220,12 @@ impl Field {
     }
 }
 
-/// A time history of any length as few means: when there is no room, two neighbours become one.
+/// A time history of any length, stored as a limited number of means: when the memory is full, neighbouring means are merged.
 #[derive(Clone, Debug, Default)]
 struct SegmentMeans {
-    /// Means of equally many values, but for the last: it may be of fewer.
+    /// Means of equal numbers of values; only the last mean may have fewer.
     means: Vec<f64>,
-    /// Values in each mean, and in the last.
+    /// Number of values in each mean, and in the last mean.
     each: u64,
     in_last: u64,
 }
@@ -262,13 +261,13 @@ impl SegmentMeans {
 /// Why messages cannot be read.
 #[derive(Clone, Debug, thiserror::Error)]
 enum Unreadable {
-    /// No schema is known for them.
+    /// The messages' schema is not known.
     #[error("{0}")]
     Schema(String),
-    /// They bear no signals.
+    /// The messages contain no signals.
     #[error("{0}: the fields of this topic are not listed")]
     NoSignals(&'static str),
-    /// The schema has no such fields.
+    /// The schema does not contain the fields.
     #[error(transparent)]
     Fields(#[from] CompileError),
     /// A message does not fit its schema.
@@ -278,17 +277,17 @@ enum Unreadable {
     Stamp,
 }
 
-/// How messages of one kind are read. Topics of a kind share it.
+/// Reading plan for messages of one kind. Topics of the same kind share a plan.
 struct Plan {
     decoder: Decoder,
-    /// The fields; seconds and nanoseconds of a stamp stand behind them.
+    /// The fields, followed by the seconds and nanoseconds of a stamp.
     paths: Vec<FieldPath>,
     has_stamp: bool,
-    /// What a message is called, if it is.
+    /// Decoder of the message's name, if the type has one.
     names: Option<Decoder>,
-    /// Whether there are more fields.
+    /// Whether fields were left out because of the limit.
     is_cut: bool,
-    /// Whether it is for one topic: the names of elements, and the members of JSON objects, are that topic's.
+    /// Whether the plan is for one topic only, because it contains that topic's element names or the members of its JSON objects.
     is_own: bool,
 }
 
@@ -328,30 +327,30 @@ impl Plan {
     }
 }
 
-/// A topic while it is read.
+/// State of a topic while the data is read.
 struct TopicScan {
     topic: Arc<Topic>,
-    /// None when its messages cannot be read.
+    /// `None` if the topic's messages cannot be read.
     plan: Option<Rc<Plan>>,
-    /// The first of the plan's.
+    /// The first fields of the plan.
     fields: Vec<Field>,
     messages: u64,
     refused: u64,
     note: Option<String>,
-    /// By the stamps of the messages, and by the recorder's where they have stamps of their own.
+    /// Inspection of the message stamps, and of the recorder's stamps if messages have their own stamps.
     inspection: StampInspection,
     log_inspection: StampInspection,
     stamps: Stamps,
     publishers: Publishers,
     senders: Senders,
-    /// Of the message read last: its memory is kept for the next of the topic.
+    /// Values of the last message; the memory is reused for the topic's next message.
     values: Values,
-    /// What its messages are called, the first few.
+    /// Names of the topic's messages with their counts, for the first few names.
     names: BTreeMap<String, u64>,
 }
 
 impl TopicScan {
-    /// A topic before its first message, and at most `room` of its fields.
+    /// A topic before its first message, with at most `room` fields.
     fn new(topic: &Arc<Topic>, plan: Result<Rc<Plan>, Unreadable>, room: usize) -> Self {
         let mut scan = Self {
             topic: Arc::clone(topic),
@@ -406,7 +405,7 @@ impl TopicScan {
         }
     }
 
-    /// Takes the numbers of a message; returns its own stamp, if it has one, and what tells it from others.
+    /// Adds the numbers of a message; returns the message's own stamp and its distinguishing name, if it has them.
     fn read(&mut self, payload: &[u8], log_time: i64) -> Result<(Option<i64>, u64), Unreadable> {
         let values = &mut self.values;
         let Some(plan) = &self.plan else {
@@ -505,7 +504,7 @@ impl TopicScan {
     }
 }
 
-/// A number of what a message holds, its next value with it.
+/// A hash of a message's contents, with the next value added.
 fn mixed(content: u64, value: f64) -> u64 {
     const ODD: u64 = 0x9e37_79b9_7f4a_7c15;
     (content.rotate_left(5) ^ value.to_bits()).wrapping_mul(ODD)
@@ -594,11 +593,11 @@ fn of_bag(
     survey
 }
 
-/// A row, or a message of a log, of which the values come one by one.
+/// A table row or log message whose values arrive one by one.
 #[derive(Clone, Debug, Default)]
 struct Row {
     inspection: StampInspection,
-    /// Its stamp, the signal that came last, and what tells it from others.
+    /// Stamp of the current row, the signal added last, and the distinguishing name.
     current: Option<(i64, usize, u64)>,
 }
 
@@ -622,7 +621,7 @@ impl Row {
     }
 }
 
-/// The fields of a table or log, in one pass.
+/// Surveys the fields of a table or log, in one pass.
 fn of_fields(
     source: &dyn Source,
     wanted: Option<&str>,
@@ -685,7 +684,7 @@ fn of_fields(
     Ok(survey)
 }
 
-/// Whether messages are what is sent to a service and answered, `PACKAGE/srv/NAME_Event`.
+/// Whether the type is that of service events, `PACKAGE/srv/NAME_Event`.
 fn is_of_service(type_name: &str) -> bool {
     type_name.ends_with("_Event") && type_name.contains("/srv/")
 }

@@ -1,4 +1,4 @@
-//! Every method on one record, beside each other.
+//! Compares all methods on one record.
 
 use planesman_identification::GivenModel;
 use planesman_identification::analysis::{AHEAD, Analysis};
@@ -10,17 +10,17 @@ use serde_json::{Value, json};
 use crate::compare::Compared;
 use crate::error::FitError;
 
-/// Methods drawn on a page.
+/// Maximum number of methods drawn on a page.
 const DRAWN: usize = 5;
 
-/// A method that was tried.
+/// A method with its result.
 #[derive(Debug)]
 pub struct Trial {
     /// The method.
     pub method: Method,
-    /// The model, or why there is none.
+    /// The model, or the error of the fit.
     pub outcome: Result<Analysis, FitError>,
-    /// How long it took, s.
+    /// Computing time, s.
     pub seconds: f64,
 }
 
@@ -31,7 +31,7 @@ impl Trial {
         self.outcome.as_ref().ok()
     }
 
-    /// Whether its residual is white, where there are tests of it.
+    /// Whether the residual is white, if residual tests exist.
     #[must_use]
     pub fn is_white(&self) -> Option<bool> {
         let tests = self.found()?.residuals.as_ref()?;
@@ -54,8 +54,8 @@ impl Trial {
     }
 }
 
-/// Those with a model, the best first: by the simulated fit on held-out data if one is better than the mean of the
-/// output there, else by the predictions.
+/// Methods with a model, best first: sorted by the simulated fit on held-out data if at least one beats the output's mean there, otherwise by the
+/// predictions.
 #[must_use]
 pub fn ranked(tried: &[Trial]) -> Vec<&Trial> {
     let by = |of: fn(&Analysis) -> Option<f64>| {
@@ -71,7 +71,7 @@ pub fn ranked(tried: &[Trial]) -> Vec<&Trial> {
     ranked
 }
 
-/// The best of them on one record, for a page.
+/// The best methods on one record, for a page.
 ///
 /// # Errors
 /// When a model cannot be judged on the record.
@@ -90,7 +90,7 @@ pub fn compared(tried: &[Trial], prepared: &PreparedRecord) -> Result<Vec<Compar
         .collect()
 }
 
-/// The order of a model: its poles that are not 0; `None` of a finite impulse response, which has no others.
+/// Order of a model: the number of its nonzero poles; `None` for a finite impulse response.
 #[must_use]
 pub fn order(of: &Estimate) -> Option<usize> {
     let a = &of.theta.as_slice()[of.layout.a()];

@@ -1,9 +1,8 @@
 //! Intervals of poles and steady-state gain by a bootstrap of the residuals.
 //!
-//! Records are simulated with the estimate as the truth: its output with noise drawn with replacement from the whitened
-//! residuals and coloured again. The estimator fits each of them, with order and delay as they are. The interval holds
-//! the middle 95 % of what is found (Efron and Tibshirani, *An Introduction to the Bootstrap*, 1993, ch. 13). Unlike the
-//! covariance's it need not be symmetric.
+//! Records are simulated with the estimate as the true system. The noise is drawn with replacement from the whitened residuals, and then coloured
+//! again. The estimator fits each simulated record, with the same order and delay. The interval contains the middle 95 % of the results (Efron and
+//! Tibshirani, *An Introduction to the Bootstrap*, 1993, ch. 13). In contrast to the interval from the covariance, it need not be symmetric.
 
 use planesman_linear::polynomial::product;
 use rand::{RngExt, SeedableRng};
@@ -18,22 +17,22 @@ use crate::uncertainty::Reading;
 use planesman_parallel::on_all_cores;
 use planesman_record::{Run, filter};
 
-/// Samples by which simulated noise begins before the record.
+/// Number of samples that the simulated noise starts before the record.
 const LEAD: usize = 500;
-/// The share of refits that must succeed.
+/// Minimum share of refits that must succeed.
 const SUCCEED: f64 = 0.9;
 
-/// An interval that holds the truth with 95 %.
+/// A 95 % interval.
 pub type Interval = (f64, f64);
 
 /// Intervals by a bootstrap.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Bootstrap {
-    /// Records that were simulated and fitted.
+    /// Number of records that were simulated and fitted.
     pub refits: usize,
-    /// Of each pole in s, in the order of [`Reading::continuous_poles`]: real and imaginary part, 1/s.
+    /// Intervals of real and imaginary part of each pole in s, 1/s, in the order of [`Reading::continuous_poles`].
     pub poles: Vec<(Interval, Interval)>,
-    /// The steady-state gain, output unit per input unit; none with a pole at z = 1.
+    /// The steady-state gain, output unit per input unit; `None` for a pole at z = 1.
     pub gain: Option<Interval>,
 }
 
@@ -54,7 +53,7 @@ impl Values {
     }
 }
 
-/// The intervals of an estimate's record `run`, from so many simulated records.
+/// The intervals for run `run` of an estimate, from this many simulated records.
 ///
 /// # Errors
 /// [`IdentificationError`]: an estimate whose simulation has no bound, or an estimator that fails on one simulated record
@@ -105,11 +104,11 @@ pub(super) fn bootstrap(
     })
 }
 
-/// The model's output, and its noise.
+/// The model's output and its noise, for simulated records.
 struct Simulated {
-    /// Of each record, the output without noise.
+    /// The noise-free output of each record.
     outputs: Vec<Vec<f64>>,
-    /// Numerator and denominator of the filter that makes noise on the output of white noise.
+    /// Numerator and denominator of the filter that produces the output noise from white noise.
     noise: (Vec<f64>, Vec<f64>),
     /// The whitened residuals to draw from.
     drawn: Vec<f64>,
@@ -164,7 +163,7 @@ impl Simulated {
         }
     }
 
-    /// The output of each record with other noise.
+    /// The output of each record with newly drawn noise.
     fn outputs(&self, seed: u64) -> Vec<Vec<f64>> {
         let mut random = Pcg64Mcg::seed_from_u64(seed);
         let (num, den) = &self.noise;
@@ -179,7 +178,7 @@ impl Simulated {
     }
 }
 
-/// Of each pole the nearest of others, none of them twice.
+/// For each pole the nearest pole of the other model; each is used once.
 fn paired(own: &[(f64, f64)], others: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut left = others.to_vec();
     own.iter()
@@ -192,7 +191,7 @@ fn paired(own: &[(f64, f64)], others: &[(f64, f64)]) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// What holds the middle 95 % of values.
+/// The middle 95 % of values, as an interval.
 fn middle(mut values: Vec<f64>) -> Interval {
     values.sort_by(f64::total_cmp);
     let at = |share: f64| {

@@ -1,5 +1,4 @@
-//! Figures that a verdict rests on: how much of the output the input causes, and the noise by a measure that does not
-//! depend on the model.
+//! Quantities behind the verdict: the share of the output caused by the input, and a noise estimate that does not depend on the model.
 
 use nalgebra::Complex;
 use planesman_linear::ComplexFunctions as _;
@@ -14,29 +13,29 @@ use crate::structure::{InitialState, Problem, range, variance};
 use crate::validation::nonlinearity::{Cause, Finding};
 use planesman_record::{Record, Run, filter};
 
-/// Samples before a step that tell a trend from noise, and the standard deviations of a slope from which it is one.
+/// Number of samples before a step that are needed to detect a trend, and the number of standard deviations above which a slope counts as a trend.
 const FEW_SAMPLES: usize = 8;
 const TREND: f64 = 3.3;
-/// The share of the output's deviation from which a motion from before the record is seen in its second half, what is left of an
-/// amplitude at the end of the record if it lasts, and the share of such a motion below which the input hardly moves a mode.
+/// Thresholds for a mode that existed before the record: its motion counts as visible in the second half above this share of the output's deviation;
+/// it lasts if this share of its amplitude is left at the end; the input hardly moves it below this share of the motion.
 const SEEN: f64 = 0.03;
 const LASTS: f64 = 0.1;
 const HARDLY: f64 = 0.3;
-/// Samples by which the input may act later than in the model, where a straight line is sought in what it leaves.
+/// Number of samples by which the input may act later than in the model, when the residual is tested for a straight line.
 const MORE_LAGS: usize = 4;
-/// The share of the output's range within which it stands still.
+/// Share of the output's range within which the output counts as constant.
 const STANDS_STILL: f64 = 0.05;
 
-/// What the input accounts for in the output.
+/// The part of the output that the input explains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InputPart {
-    /// The share of the output's squares beyond constant and free motion, 0 to 1; negative when the model makes it worse.
+    /// The explained share of the output's squares beyond constant and free motion, 0 to 1; negative if the model makes the error larger.
     pub share: f64,
-    /// The F statistic of the input's parameters, against the noise or its slow changes where those are larger.
+    /// The F statistic of the input's parameters, relative to the noise, or to its slow changes if these are larger.
     pub f: f64,
 }
 
-/// What the input accounts for in a record. `None` when nothing is left for it.
+/// Computes the part of the output that the input explains. `None` if no degrees of freedom are left.
 pub(super) fn part_of_input(found: &Estimate, number: usize, run: Run<'_>) -> Option<InputPart> {
     let structure = &found.layout.structure;
     if found.output_curve.is_some() {
@@ -83,7 +82,7 @@ pub(super) fn part_of_input(found: &Estimate, number: usize, run: Run<'_>) -> Op
     (total > 0.0 && share.is_finite()).then_some(InputPart { share, f })
 }
 
-/// The same of what a curve behind the dynamics makes of it: of the output's squares about their mean.
+/// The same for a curve after the dynamics: relative to the output's squares about their mean.
 fn part_behind_curve(found: &Estimate, number: usize, run: Run<'_>) -> Option<InputPart> {
     let structure = &found.layout.structure;
     let unknown = found.unknown(run).min(run.outputs.len());
@@ -98,15 +97,15 @@ fn part_behind_curve(found: &Estimate, number: usize, run: Run<'_>) -> Option<In
     (total > 0.0 && share.is_finite()).then_some(InputPart { share, f })
 }
 
-/// The variance of an estimate's errors of simulation, or of slow changes in them where those are larger: `V / D(1)^2`, with
-/// an autoregression `D e` white of variance V. `None` without errors.
+/// Variance of the simulation error, or of its slow changes if these are larger: `V / D(1)^2`, where the autoregression `D e` is white with variance
+/// V. `None` without errors.
 fn slow_variance(found: &Estimate, number: usize, run: Run<'_>) -> Option<f64> {
     let errors = found.simulation_errors(number, run);
     let errors = errors.get(found.unknown(run)..).unwrap_or_default();
     Some(slow_variance_of(errors, found.theta.len())).filter(|it| *it > 0.0)
 }
 
-/// The same of what so many parameters have left.
+/// The same, corrected for this number of parameters.
 fn slow_variance_of(left: &[f64], parameters: usize) -> f64 {
     let d = whitening([left].into_iter());
     let white = whitened(&d, left);
@@ -117,7 +116,7 @@ fn slow_variance_of(left: &[f64], parameters: usize) -> f64 {
     (variance(&white) / d.iter().sum::<f64>().powi(2)).max(variance(left))
 }
 
-/// The share of the output's variation that a straight line explains beyond what the model's poles make of the input, 0 to 1.
+/// Share (0 to 1) of the output's variation that a straight line explains, beyond the response of the model's poles to the input.
 pub(super) fn drift(found: &Estimate, run: Run<'_>) -> f64 {
     let structure = &found.layout.structure;
     let unknown = found.unknown(run).min(run.outputs.len());
@@ -139,8 +138,8 @@ pub(super) fn drift(found: &Estimate, run: Run<'_>) -> f64 {
     if share.is_finite() { share } else { 0.0 }
 }
 
-/// A lightly damped mode, rad per sample, whose motion from before the record lasts through it and which the input hardly moves: it is
-/// not of the plant.
+/// A lightly damped mode, rad per sample, that moved before the record, lasts through it, and is hardly moved by the input: it does not belong to the
+/// plant.
 pub(super) fn oscillation(found: &Estimate, number: usize, run: Run<'_>) -> Option<Finding> {
     let unknown = found.unknown(run).min(run.outputs.len());
     let a = found.layout.denominator(found.theta.as_slice());
@@ -201,8 +200,8 @@ pub(super) fn oscillation(found: &Estimate, number: usize, run: Run<'_>) -> Opti
         .next()
 }
 
-/// The input before the step of a step test, where the output stands still until then: a motion at the beginning could be
-/// taken for the step's own.
+/// The input level before the step of a step test, if the output is constant until then: otherwise an initial motion could be mistaken for the step
+/// response.
 pub(super) fn level_before_step(record: &Record) -> Option<f64> {
     let [number] = record.used()[..] else {
         return None;
@@ -240,8 +239,8 @@ fn has_trend(values: &[f64]) -> bool {
     slope.powi(2) * squares > TREND.powi(2) * slow
 }
 
-/// The fit that the noise leaves to the best of models over the held-out data, %: the noise is what an equation of high
-/// order leaves of all of the record. 0, which their mean has, where the outputs move less than that; `None` where the noise is not known.
+/// The largest fit, %, that noise allows any model on the held-out data; the noise is estimated by a high-order equation of the whole record. The
+/// result is 0, the fit of a constant, if the outputs move less than the noise; `None` if the noise is not known.
 pub(super) fn attainable_fit(problem: &Problem<'_>, held_out: &[f64]) -> Option<f64> {
     let noise = innovation_variance(problem)? * held_out.len() as f64;
     let fit = fit(noise, variance(held_out) * held_out.len() as f64);

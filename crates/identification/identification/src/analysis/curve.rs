@@ -1,4 +1,4 @@
-//! Static curves of a signal in front of linear dynamics or behind them: which are tried, and which fits best in front.
+//! Static curves before or after linear dynamics: which curves are tried, and which input curve fits best.
 
 use std::collections::BTreeMap;
 
@@ -17,27 +17,26 @@ use planesman_record::Record;
 const NOT_DETERMINED: IdentificationError = IdentificationError::Undetermined(
     "the record does not determine this kind of curve: the input must take more distinct values",
 );
-/// The share of the error's squares that a cause must take away for its curve to be tried.
+/// Minimum share of the squared error that a cause must explain, so that its curve is tried.
 pub(super) const WORTH_A_TRY: f64 = 0.4;
-/// The share of the linear model's squares that a curve with its levels about right leaves at most, where nothing points to one.
+/// Without evidence for a curve: maximum share of the linear model's squared error that a curve with approximate breakpoints may leave.
 const MAY_CURE: f64 = 0.7;
-/// Levels tried of a curve whose place is not known, as shares of the samples.
+/// Breakpoints tried for a curve of unknown position, as quantiles of the samples.
 const PLACES: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
-/// Widths of a backlash, as shares of the signal's range.
+/// Widths tried for a backlash, as shares of the signal's range.
 const WIDTHS: [f64; 4] = [0.05, 0.15, 0.3, 0.5];
-/// Samples by which the kind of a curve is chosen, the last of the longest segment.
+/// Number of samples used to choose the kind of a curve: the last ones of the longest segment.
 pub(super) const SEARCHED: usize = 1000;
-/// An output dwells at a limit where this share of the samples is in the outermost part of its range, so many times as many as in the
-/// next part.
+/// An output dwells at a limit if this share of the samples is in the outermost part of its range, and this many times as many as in the next part.
 const PARTS_OF_RANGE: f64 = 10.0;
 const DWELT: f64 = 0.08;
-/// It is clipped where so many samples in a row are equal, and it moved by this share of its largest move on the way there.
+/// An output counts as clipped if this many consecutive samples are equal, after it moved there by this share of its largest move.
 const CLIPPED: usize = 5;
 const CLIPPED_FROM: f64 = 0.05;
 const MORE_OFTEN: f64 = 2.5;
-/// A slope beside one of 1 where the search begins.
+/// Slope next to a slope of 1, at which the search begins.
 const SLIGHTLY_BENT: f64 = 0.5;
-/// Standard deviations from 0 within which a parameter may be 0.
+/// A parameter within this number of standard deviations from 0 may be 0.
 const SIGNIFICANT: f64 = 1.96;
 
 planesman_wording::choices! {
@@ -59,7 +58,7 @@ planesman_wording::choices! {
 }
 
 impl CurveChoice {
-    /// The one of a cause, where that is a curve.
+    /// The choice for a cause, if that cause is a curve.
     pub(super) const fn of(cause: &Cause) -> Option<Self> {
         Some(match cause {
             Cause::Input(StaticCurve::DeadZone { .. }) => Self::DeadZone,
@@ -74,7 +73,7 @@ impl CurveChoice {
         })
     }
 
-    /// Which signal it is of.
+    /// Whether the curve belongs to the input or the output.
     pub(super) const fn side(self) -> Side {
         match self {
             Self::OutputDeadZone | Self::OutputSaturation | Self::OutputPiecewise => Side::Output,
@@ -82,7 +81,7 @@ impl CurveChoice {
         }
     }
 
-    /// Curves to begin at by levels among the signal's own; none where it has too few, or no curve is named.
+    /// Initial curves with breakpoints among the signal's values; empty if the signal has too few values, or no curve is named.
     pub(super) fn starts(self, signal: &[f64]) -> Vec<StaticCurve> {
         let mut sorted = signal.to_vec();
         sorted.sort_by(f64::total_cmp);
@@ -120,7 +119,7 @@ impl CurveChoice {
     }
 }
 
-/// Straight lines that meet at levels, flatter on every other side of them.
+/// Straight lines that meet at these breakpoints; every other slope is smaller.
 fn bent(levels: &[f64]) -> [StaticCurve; 2] {
     [0, 1].map(|first| StaticCurve::Piecewise {
         levels: levels.to_vec(),
@@ -130,19 +129,19 @@ fn bent(levels: &[f64]) -> [StaticCurve; 2] {
     })
 }
 
-/// A curve that was found, and the linear model's held-out fit beside it.
+/// The curve found, and the held-out fit of the linear model for comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curved {
     /// Where it is.
     pub side: Side,
     /// The curve, with its uncertainty.
     pub fitted: FittedCurve,
-    /// The held-out fit of the linear model, %; `None` where it has none.
+    /// The held-out fit of the linear model, %; `None` if it is not known.
     pub linear_fit: Option<f64>,
 }
 
 impl Curved {
-    /// What it is of.
+    /// The curve's signal: input or output.
     #[must_use]
     pub const fn label(&self) -> &'static str {
         match self.side {
@@ -151,7 +150,7 @@ impl Curved {
         }
     }
 
-    /// Its kind, and what was sought of it with 95 % intervals.
+    /// The kind of curve, and its estimated parameters with 95 % intervals.
     #[must_use]
     pub fn in_words(&self) -> String {
         let named = self.fitted.named();
@@ -172,7 +171,7 @@ impl Curved {
     }
 }
 
-/// Curves of an input, but for straight lines.
+/// All input curves except straight lines.
 pub(super) fn of_inputs(inputs: &[f64]) -> impl Iterator<Item = StaticCurve> {
     let choices = [
         CurveChoice::DeadZone,
@@ -183,8 +182,8 @@ pub(super) fn of_inputs(inputs: &[f64]) -> impl Iterator<Item = StaticCurve> {
     choices.into_iter().flat_map(|choice| choice.starts(inputs))
 }
 
-/// Curves that may cure the cause of an error: its own, and straight lines that meet where it bends. What bends may be told by a square,
-/// and the other way round.
+/// Curves that may remove the cause of an error: the cause's own curve, and straight lines that meet at its breakpoints. A bend can look like a
+/// square, and a square like a bend, so both are tried.
 pub(super) fn of_cause(
     cause: &Cause,
     inputs: &[f64],
@@ -219,7 +218,7 @@ pub(super) fn of_cause(
     })
 }
 
-/// Limits at which an output dwells: many samples are within a tenth of its range of its largest or least value, and few in the next tenth.
+/// Limits at which an output dwells: many samples lie within a tenth of the range from the largest or smallest value, and few in the next tenth.
 pub(super) fn dwelt_at(outputs: &[f64]) -> Option<StaticCurve> {
     let (least, largest) = extremes(outputs);
     let part = (largest - least) / PARTS_OF_RANGE;
@@ -236,8 +235,8 @@ pub(super) fn dwelt_at(outputs: &[f64]) -> Option<StaticCurve> {
     (lower.is_some() || upper.is_some()).then_some(StaticCurve::Saturation { lower, upper })
 }
 
-/// Limits at which an output is clipped: it stays at its largest or least value, to the last digit, and moves on the way there; one that
-/// settles there, or rounds to it, comes by ever smaller or the smallest steps.
+/// Limits at which an output is clipped: it stays exactly at its largest or smallest value after moving there. An output that settles there, or is
+/// rounded to that value, approaches it by ever smaller or the smallest steps.
 pub(super) fn clipped_at(outputs: &[f64]) -> Option<StaticCurve> {
     let moves = || outputs.windows(2).map(|y| (y[1] - y[0]).abs());
     let largest_move = moves().fold(0.0, f64::max);
@@ -254,7 +253,7 @@ pub(super) fn clipped_at(outputs: &[f64]) -> Option<StaticCurve> {
     (lower.is_some() || upper.is_some()).then_some(StaticCurve::Saturation { lower, upper })
 }
 
-/// A linear structure on a record.
+/// The problem of fitting a linear structure to a record.
 pub(super) fn problem<'a>(record: &'a Record, structure: &Structure) -> Result<Problem<'a>> {
     let none =
         || IdentificationError::Record("a record with an input and an output is needed".to_owned());
@@ -262,7 +261,7 @@ pub(super) fn problem<'a>(record: &'a Record, structure: &Structure) -> Result<P
     Problem::new(structure.clone(), record.sample_time, runs)
 }
 
-/// The curve of the input near the best of several, in front of dynamics of a structure.
+/// The best input curve, refined from several, before dynamics of a given structure.
 pub(super) fn fitted(
     record: &Record,
     structure: &Structure,
@@ -290,8 +289,8 @@ pub(super) fn fitted(
     }
 }
 
-/// The curve near one, and the errors that are left: without a part of the input itself beside its square that may be 0, the largest
-/// slope of straight lines 1.
+/// Refines a curve; returns it with the remaining errors. A linear part beside the square is omitted if it may be 0; the largest slope of straight
+/// lines is 1.
 fn near(problem: &Problem<'_>, start: &StaticCurve) -> Result<(FittedCurve, Vec<f64>)> {
     let found = in_front(problem, start)?;
     let may_be_0 =
@@ -308,8 +307,8 @@ fn near(problem: &Problem<'_>, start: &StaticCurve) -> Result<(FittedCurve, Vec<
     }
 }
 
-/// The curve of the least Bayesian criterion near any of these that leave a share of the linear model's squares at `most`; of each kind
-/// and number of parameters near the best.
+/// The curve with the lowest Bayesian criterion, refined from those that leave at most the share `most` of the linear model's squared error; for each
+/// kind and number of parameters only the best is refined.
 fn of_best_kind(problem: &Problem<'_>, starts: &[StaticCurve], most: f64) -> Result<StaticCurve> {
     let straight = StaticCurve::Piecewise {
         levels: Vec::new(),
@@ -337,17 +336,18 @@ fn of_best_kind(problem: &Problem<'_>, starts: &[StaticCurve], most: f64) -> Res
     of_least_criterion(found.collect()).ok_or(NOT_DETERMINED)
 }
 
-/// A curve in front of the input.
+/// A curve of the input, before the dynamics.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Front<'a> {
-    /// The record before the curve.
+    /// The record before the input passes the curve.
     pub(super) record: &'a Record,
     /// The curve.
     pub(super) curve: &'a FittedCurve,
 }
 
 impl Front<'_> {
-    /// Widens the uncertainty of dynamics by that of the curve: `cov + S cov_w S'`, with S the slopes of theta by the curve's parameters.
+    /// Adds the curve's uncertainty to that of the dynamics: `cov + S cov_w S'`, with S the derivatives of theta with respect to the curve's
+    /// parameters.
     pub(super) fn widen(
         &self,
         estimate: &mut Estimate,
@@ -373,7 +373,8 @@ impl Front<'_> {
         Ok(())
     }
 
-    /// The record through the curve that the first part of each segment gives by itself, behind which dynamics have this structure.
+    /// The record with its input passed through the curve, where the curve was fitted to the first part of each segment, before dynamics of this
+    /// structure.
     pub(super) fn of_first_part(&self, structure: &Structure) -> Result<Record> {
         let all = problem(self.record, structure)?;
         let runs = all.runs.iter().map(first_part).collect();

@@ -1,7 +1,7 @@
-//! A static curve in front of the linear dynamics or behind them, where the evidence asks for one.
+//! A static curve before or after the linear dynamics, if the evidence suggests one.
 //!
-//! What the linear model's error points to ([`super::Analysis::finding`]) says which curve is tried, or the user does. Its levels are fitted
-//! beside the dynamics; it is kept where what is held out is simulated better by a good part.
+//! The cause found in the linear model's error ([`super::Analysis::finding`]) determines which curve is tried, unless the user chooses one. The
+//! curve's parameters are fitted together with the dynamics. The curve is kept if it simulates the held-out data clearly better.
 
 use super::curve::{
     CurveChoice, Front, SEARCHED, WORTH_A_TRY, clipped_at, dwelt_at, fitted, of_cause, of_inputs,
@@ -16,15 +16,15 @@ use crate::validation::identifiability::Following;
 use planesman_record::{Record, Run};
 use planesman_wording::setting;
 
-/// The largest order of the dynamics that a curve is first sought beside.
+/// Maximum order of the dynamics in the first search for a curve.
 const SIMPLE: usize = 2;
-/// The error, %, of a simulation that is not usable.
+/// A simulation with this error, %, is not usable.
 const UNUSABLE: f64 = 100.0 - USABLE;
-/// What a curve must leave at most of the error of the held-out simulation by the linear model.
+/// Maximum error of the held-out simulation with a curve, relative to the linear model's error.
 const BETTER: f64 = 0.8;
 
 /// The model between the first input and the first output of a record; a second input is the reference of the
-/// loop they are in. A static curve is fitted beside it where the options ask for one, or the evidence does.
+/// loop they are in. If the options or the evidence suggest a static curve, it is fitted together with the dynamics.
 ///
 /// # Errors
 /// [`IdentificationError`]: a record without input or output, or one that determines no model asked for.
@@ -32,8 +32,8 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
     analysed(record, options, None)
 }
 
-/// The same with a record for validation, on the same grid: fit on held-out data and predictions are of that one, and
-/// nothing of it is used for the model.
+/// The same with a separate validation record on the same grid: the held-out fit and the predictions are computed on that record, and the model does
+/// not use it.
 ///
 /// # Errors
 /// As [`analyse`]; a validation record without input or output, or with another sampling interval.
@@ -45,7 +45,7 @@ pub fn analyse_validated(
     analysed(record, options, Some(validation))
 }
 
-/// The analysis of the curve that the options ask for, or the linear model's where none simulates better.
+/// The analysis with the requested curve, or that of the linear model if no curve simulates better.
 ///
 /// # Errors
 /// Those of the linear analysis; of a curve that was asked for, its own.
@@ -105,7 +105,7 @@ fn analysed(record: &Record, options: &Options, validation: Option<&Record>) -> 
     }
 }
 
-/// The options for a model of which only the structure is wanted.
+/// The options for a model that is needed only for its structure.
 fn for_structure(options: &Options) -> Options {
     Options {
         bootstrap: None,
@@ -113,16 +113,16 @@ fn for_structure(options: &Options) -> Options {
     }
 }
 
-/// Curves of one side that are tried.
+/// Curves on one side of the dynamics that are tried.
 struct Attempt {
     side: Side,
     starts: Vec<StaticCurve>,
-    /// Whether the linear model's error points to them: the others must leave no more than the noise.
+    /// Whether the linear model's error suggests these curves; other curves must reduce the error to the noise.
     is_told: bool,
 }
 
-/// The curves that are worth a try: those of the cause that was found; then, where the noise would leave a better fit, limits at which the
-/// output dwells, and those of an input.
+/// The curves worth trying: those of the cause that was found; and, if the noise would allow a better fit, limits at which the output dwells, and
+/// input curves.
 fn tried(linear: &Analysis, inputs: &[f64], outputs: &[f64]) -> Vec<Attempt> {
     let finding = linear.finding.as_ref();
     let large = finding.filter(|it| it.gain.is_some_and(|(share, _)| share > WORTH_A_TRY));
@@ -149,8 +149,8 @@ fn tried(linear: &Analysis, inputs: &[f64], outputs: &[f64]) -> Vec<Attempt> {
         .collect()
 }
 
-/// The structure that a curve is first sought beside: the linear model's, but of second order at most, since a linear model of a curve
-/// has more poles than the plant.
+/// The structure for the first search for a curve: the linear model's, but with an order of at most 2, because a linear model of a curve has more
+/// poles than the plant.
 fn simple(linear: &Analysis) -> Structure {
     let own = &linear.estimate.layout.structure;
     match own.poles > SIMPLE && linear.options.order.is_none() {
@@ -183,7 +183,7 @@ fn beside(
     Ok(found)
 }
 
-/// Curve and dynamics in turns: the dynamics' order and delay are chosen anew behind the curve, then its levels in front of those.
+/// Alternates between curve and dynamics: chooses order and delay of the dynamics again after the curve, then refits the curve before these dynamics.
 fn hammerstein(
     record: &Record,
     options: &Options,
@@ -212,7 +212,7 @@ fn hammerstein(
     )
 }
 
-/// The order and delay of the dynamics are chosen for the outputs in front of the curve, as well as a first model tells them.
+/// Chooses order and delay of the dynamics for the outputs before the curve, as estimated by a first model.
 fn wiener(
     record: &Record,
     options: &Options,

@@ -1,4 +1,4 @@
-//! The data as a model is fitted to it: in a loop with the part of the input that the reference causes.
+//! The data as used for a fit: in a closed loop, with the part of the input that the reference causes.
 
 use std::borrow::Cow;
 
@@ -11,16 +11,16 @@ use crate::estimators::{LeastSquares, Method, TwoStages};
 use crate::structure::{Problem, Structure};
 use crate::validation::identifiability::{Following, following};
 
-/// A record, and what the options ask of it.
+/// A record with the choices that the options make for it.
 pub(super) struct Data<'a> {
     pub(super) record: &'a Record,
-    /// With the structure that the options give before a search.
+    /// The record with the structure given by the options, before a search.
     pub(super) problem: Problem<'a>,
-    /// The reference of each run; empty outside a loop.
+    /// The reference of each run; empty in open loop.
     pub(super) references: Vec<&'a [f64]>,
-    /// The part of each input that its reference causes; empty outside a loop, and for a method that takes the references itself.
+    /// The part of each input that its reference causes; empty in open loop, and for a method that uses the references directly.
     caused: Vec<Vec<f64>>,
-    /// Whether the longest run's input follows its output.
+    /// Whether the input of the longest run follows its output.
     pub(super) following: Following,
 }
 
@@ -60,7 +60,7 @@ impl<'a> Data<'a> {
         (0..runs.len()).max_by_key(length).unwrap_or_default()
     }
 
-    /// A problem of these runs with the part of each input that the reference causes, where there is one.
+    /// A problem of these runs, with the input replaced by the part caused by the reference, if there is a reference.
     pub(super) fn on_noise_free_inputs<'b>(&'b self, problem: &Problem<'b>) -> Problem<'b> {
         let mut second = problem.clone();
         for (run, caused) in second.runs.iter_mut().zip(&self.caused) {
@@ -70,7 +70,7 @@ impl<'a> Data<'a> {
     }
 }
 
-/// The second input of each segment that is used.
+/// The second input of each used segment.
 fn references(record: &Record) -> Vec<&[f64]> {
     let second = |number: usize| Some(record.segments[number].inputs.get(1)?.as_slice());
     record.used().into_iter().filter_map(second).collect()
@@ -84,7 +84,7 @@ fn noise_free_inputs(problem: &Problem<'_>, references: Vec<&[f64]>) -> Result<V
     staged.noise_free_inputs(problem)
 }
 
-/// A record whose second input is the reference of a loop, with the part of its first input that the reference causes.
+/// A record whose second input is the reference of a loop; returns the part of the first input caused by the reference.
 pub(super) fn caused_by_reference(record: &Record) -> Result<Cow<'_, Record>> {
     let numbers = record.used();
     let references = references(record);

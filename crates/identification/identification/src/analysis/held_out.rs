@@ -1,4 +1,4 @@
-//! How a model fares on data that it was not fitted to.
+//! Performance of a model on data that was not used for its fit.
 
 use super::checks;
 use super::reason::{FitRemark, Reason};
@@ -7,31 +7,30 @@ use crate::estimators::Estimator;
 use crate::selection::criteria::first_part;
 use crate::structure::{Problem, variance};
 
-/// The fit of the best of models, %, up to which the output hardly moves beyond the noise.
+/// If noise limits every fit to this value, %, the output hardly moves beyond the noise.
 const UNINFORMATIVE_FIT: f64 = 10.0;
-/// By how much a fit, %, may be below what the noise leaves to the best of models, and be as good.
+/// A fit this close, %, to the limit set by noise counts as equally good.
 const AS_GOOD: f64 = 3.0;
-/// By how much a fit, %, on held-out data is below that on the whole record when the model is called overfitted.
+/// A model counts as overfitted if its fit on held-out data is this much, %, below that on the whole record.
 const OVERFITTED: f64 = 20.0;
 
-/// The fits of what is held out of the longest run, or of the validation data, %.
+/// Fits on the held-out part of the longest run, or on the validation data, %.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HeldOutFits {
-    /// Samples at the beginning of the longest run, behind which it was held out where there is no other data to validate on.
+    /// Number of samples of the longest run before the held-out part, if there is no separate validation data.
     pub from: usize,
-    /// The output's standard deviation there, over that of all of the run.
+    /// Standard deviation of the output in the held-out part, relative to the whole run.
     pub spread: Option<f64>,
-    /// Simulated; `None` where the output hardly moves beyond the noise, which can be simulated neither well nor badly, or where
-    /// the first part does not determine the model.
+    /// Simulated fit; `None` if the output hardly moves beyond the noise, or if the first part does not determine the model.
     pub fit: Option<f64>,
-    /// Simulated, with the state fitted to the samples before alone.
+    /// Simulated fit, with the initial state fitted only to the samples before.
     pub carried: Option<f64>,
-    /// What the noise leaves to the best of models.
+    /// The largest fit that noise allows.
     pub attainable: Option<f64>,
 }
 
 impl HeldOutFits {
-    /// The fits when the estimator is given the first part of each run.
+    /// The fits of a model estimated from the first part of each run.
     pub(super) fn of(estimator: &dyn Estimator, problem: &Problem<'_>, longest: usize) -> Self {
         let part = Problem {
             runs: problem.runs.iter().map(first_part).collect(),
@@ -62,13 +61,13 @@ impl HeldOutFits {
         self.attainable.is_some_and(|fit| fit <= UNINFORMATIVE_FIT)
     }
 
-    /// Whether a better fit is out of any model's reach.
+    /// Whether noise prevents a better fit by any model.
     pub(crate) fn is_limited_by_noise(&self) -> bool {
         let pair = self.fit.zip(self.attainable);
         pair.is_some_and(|(held, attainable)| held > attainable - AS_GOOD)
     }
 
-    /// The fit, beside that on all of the data, %.
+    /// The fit compared with the fit on all data, %, as a reason.
     pub(crate) fn reason(&self, whole: Option<f64>) -> Option<Reason> {
         let held = self.fit?;
         let remark = match whole {

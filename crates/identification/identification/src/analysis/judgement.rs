@@ -18,43 +18,43 @@ use crate::validation::residuals::{Correlation, ResidualTests};
 use planesman_record::Record;
 use planesman_wording::{option, setting};
 
-/// Standard deviations between two responses, at the worst of [`FREQUENCIES`], above which the estimates are of
-/// different systems.
+/// Two estimates describe different systems if their responses differ by more than this number of standard deviations at the worst of
+/// [`FREQUENCIES`].
 const APART: f64 = 4.0;
 const FREQUENCIES: usize = 20;
 
-/// The share of the output's variation from which a straight line is called drift.
+/// If a straight line explains this share of the output's variation, the output is said to drift.
 pub(crate) const DRIFTS: f64 = 0.1;
-/// The share of the output that the input must account for, and in an unstable model, which moves by itself.
+/// Minimum share of the output that the input must explain; the second value is for an unstable model, which moves by itself.
 const CAUSED: f64 = 0.1;
 const CAUSED_OF_UNSTABLE: f64 = 0.01;
-/// The F statistic from which a process model's response is beyond doubt. A random walk, which a step seems to explain in
-/// part however long the record, reaches 20.
+/// The F statistic above which the response of a process model is certain. A random walk, which a step seems to explain in part even in a long
+/// record, reaches 20.
 const BEYOND_DOUBT: f64 = 50.0;
-/// How many times larger the errors on held-out data may be than those where the model is fitted.
+/// Maximum ratio of the errors on held-out data to those on the fitted data.
 const AS_THE_NOISE: f64 = 1.5;
-/// Correlations that matter, however surely they are there; and the least share of the output's variation that they must stand for.
+/// Thresholds above which a significant correlation matters: its size, and the share of the output's variation involved.
 const MATTERS: f64 = 0.05;
 const MATTERS_IN_OUTPUT: f64 = 1e-3;
-/// The fit, %, from which too little is left of the output to bias a model by going round a loop.
+/// Above this fit, %, the residual is too small to bias a model through feedback.
 const LEAVES_LITTLE: f64 = 99.0;
-/// Samples for each parameter, below which a fit is partly memory.
+/// With fewer samples per parameter, a fit partly fits the noise.
 pub const SAMPLES_PER_PARAMETER: usize = 10;
-/// How many times larger the error with half the record left out may be than with a fifth.
+/// Maximum ratio of the error with half the record left out to the error with a fifth left out.
 pub(crate) const STEADY: f64 = 4.0;
-/// The share of a steady-state gain that its 95 % interval may be where a zero may cancel a pole.
+/// Maximum 95 % interval of a steady-state gain, relative to the gain, if a zero may cancel a pole.
 const KNOWN: f64 = 0.5;
-/// The share of the largest response below which a steady-state gain is next to nothing.
+/// A steady-state gain below this share of the largest response counts as small.
 const SMALL: f64 = 0.05;
-/// The fit, %, of data without noise.
+/// Above this fit, %, the data counts as free of noise.
 const ALL_BUT_ROUNDING: f64 = 99.9999;
-/// The share of the largest response below which the 95 % interval of the response shows it to be determined.
+/// The response is determined if its 95 % interval is below this share of the largest response.
 const DETERMINED: f64 = 0.25;
-/// The 95 % interval of a pole in z that is precisely known.
+/// A pole in z whose 95 % interval is below this size is precisely known.
 pub(crate) const PRECISE: f64 = 0.1;
 
 impl Analysis {
-    /// What speaks for the model and against it, behind the doubts whether the record determines one.
+    /// Reasons for and against the model, after the doubts whether the record determines a model.
     pub(super) fn reasons(&self, doubts: Vec<Doubt>, record: &Record) -> Vec<Reason> {
         let mut reasons: Vec<Reason> = doubts.into_iter().map(Reason::Doubt).collect();
         reasons.extend(self.left_out(record));
@@ -124,7 +124,7 @@ impl Analysis {
         })
     }
 
-    /// A choice at the end of what was searched.
+    /// A choice at the limit of the search range.
     fn limits_of_search(&self) -> Vec<Reason> {
         let s = &self.estimate.layout.structure;
         let (orders, delays) = match (
@@ -179,7 +179,7 @@ impl Analysis {
             .collect()
     }
 
-    /// The fit on held-out data with the state from before it, %, where it is clearly less than with one fitted there.
+    /// The fit on held-out data with the initial state from the data before, %, if it is clearly lower than with a newly fitted state.
     fn drifting_fit(&self) -> Option<f64> {
         let fit = self
             .held_out
@@ -189,8 +189,8 @@ impl Analysis {
         Some(fit)
     }
 
-    /// The cross-validated fit, %, of a model whose output has settled in the held-out data, as after a step, and which
-    /// simulates all of the data well; of a process model, where its errors there are the noise.
+    /// The cross-validated fit, %, of a model that simulates all data well and whose output has settled in the held-out data, as after a step; for a
+    /// process model, if the held-out errors are only noise.
     fn cross_validated(&self) -> Option<f64> {
         if self.estimate.frequency.is_some() {
             // A chirp excites the band over all of its time.
@@ -217,7 +217,7 @@ impl Analysis {
         Some(chosen.fit())
     }
 
-    /// What the error points to, on the record's own time.
+    /// The cause of the error, with times relative to the record.
     fn beyond(&self, record: &Record) -> Option<Reason> {
         let finding = self.finding.clone()?;
         let number = self.segments[self.longest];
@@ -228,7 +228,7 @@ impl Analysis {
         })
     }
 
-    /// A delay that no plant has, or another than the model's.
+    /// A delay that is physically impossible, or better than the model's.
     fn delay(&self) -> Option<Reason> {
         let (lag, delay) = (self.lag?, self.estimate.layout.structure.delay);
         if self.is_early() {
@@ -242,7 +242,7 @@ impl Analysis {
         (delay == 0 && lag.interval.1 == 0 && is_instant).then_some(Reason::DirectFeedthrough)
     }
 
-    /// How much of the output the input accounts for.
+    /// The share of the output that the input explains.
     fn input_share(&self) -> Vec<Reason> {
         let part = self
             .input_part
@@ -264,12 +264,12 @@ impl Analysis {
         few_samples(&self.estimate.residuals, parameters)
     }
 
-    /// Whether the 95 % interval of the response is small beside the largest response at every frequency.
+    /// Whether the 95 % interval of the response is small at every frequency, compared with the largest response.
     pub(super) fn response_is_determined(&self) -> bool {
         response_is_determined(&self.reading(), self.estimate.sample_time)
     }
 
-    /// What the model is good for; `undetermined` where the record does not determine one.
+    /// The verdict; `undetermined` if the record does not determine a model.
     pub(super) fn judged(&self, undetermined: bool) -> Verdict {
         let held = match self.is_unstable() {
             true => self.predicted_fit,
@@ -327,7 +327,7 @@ impl Analysis {
         }
     }
 
-    /// By how much, %, a model with a curve stays below what the noise leaves.
+    /// How much, %, the fit of a model with a curve is below the limit set by noise.
     pub(super) fn curve_misses(&self) -> Option<f64> {
         self.curved.as_ref()?;
         let held = self.held_out.fit?;
@@ -335,13 +335,13 @@ impl Analysis {
         (missed > BELOW_NOISE).then_some(missed)
     }
 
-    /// The verdict, and what to do next.
+    /// The verdict and the next step.
     #[must_use]
     pub fn verdict_text(&self) -> String {
         self.verdict.text(self.next())
     }
 
-    /// What to do next.
+    /// The next step for the user.
     #[must_use]
     pub fn next(&self) -> String {
         let is_chosen = self.options.method == Method::Automatic;
@@ -396,7 +396,7 @@ impl Analysis {
         self.input_part.is_none_or(is_caused)
     }
 
-    /// Whether what one half of the record says does not hold in the other.
+    /// Whether the two halves of the record disagree.
     fn is_unsteady(&self) -> bool {
         let chosen = self.search.selected.first();
         // Half of a step test may hold no step; and half of a record without noise may not determine what all of it does.
@@ -404,7 +404,7 @@ impl Analysis {
         may_tell && chosen.is_some_and(|of| of.half_data_error_ratio() > STEADY)
     }
 
-    /// Whether earlier inputs are seen in the residual: of an input that follows the output those before this instant.
+    /// Whether the residual correlates with earlier inputs; if the input follows the output, only with inputs before the present sample.
     fn misses_dynamics(&self, tests: &ResidualTests) -> bool {
         match self.following {
             Following::Yes => seen(&tests.of_inputs_before()),
@@ -412,12 +412,12 @@ impl Analysis {
         }
     }
 
-    /// Whether the model leaves nothing of the record but rounding.
+    /// Whether the residual is only rounding error.
     pub(super) fn is_exact(&self) -> bool {
         self.fit.is_some_and(|fit| fit > ALL_BUT_ROUNDING)
     }
 
-    /// Whether the standard deviations are those of a residual of any colour.
+    /// Whether the standard deviations are valid for a coloured residual.
     fn allows_for_colour(&self) -> bool {
         self.estimate.error == Error::Output || self.options.method.has(Property::AllowsForColour)
     }
@@ -483,7 +483,7 @@ impl Analysis {
         segments.into_iter().chain(part).collect()
     }
 
-    /// The effect of the two stages: both magnitudes of the response, where they differ most.
+    /// The effect of the two-stage method: both magnitudes of the response, at the frequency where they differ most.
     fn two_stages(&self) -> Option<Reason> {
         let closed_loop = self.closed_loop.as_ref()?;
         let direct = Reading::new(closed_loop.direct.as_ref()?, self.longest);
@@ -505,7 +505,7 @@ impl Analysis {
         })
     }
 
-    /// Three decades up to half the sampling rate, rad/s, the highest first.
+    /// Frequencies over three decades up to half the sampling rate, rad/s, highest first.
     fn frequencies(&self) -> impl Iterator<Item = f64> + use<> {
         frequencies(self.estimate.sample_time)
     }
@@ -534,15 +534,15 @@ impl Analysis {
     }
 }
 
-/// Residuals that are few for so many parameters.
+/// Too few residuals for the number of parameters.
 pub(crate) fn few_samples(residuals: &[Vec<f64>], parameters: usize) -> Option<Reason> {
     let samples: usize = residuals.iter().map(Vec::len).sum();
     (samples > 0 && samples < SAMPLES_PER_PARAMETER * parameters)
         .then_some(Reason::FewSamples(samples, parameters))
 }
 
-/// The steady-state gain, where it cannot be told from 0, or to half of it where it hinges on a pole that a zero may cancel; nor is
-/// known to be next to nothing beside the largest response.
+/// The steady-state gain, if it is not significantly different from 0, or is uncertain by a half where it depends on a pole that a zero may cancel;
+/// except if it is certainly small compared with the largest response.
 pub(crate) fn undetermined_gain(reading: &Reading<'_>, sample_time: f64) -> Option<Uncertain> {
     let gain = reading.steady_state_gain()?;
     let interval = SIGMAS_95 * gain.real_deviation();
@@ -570,7 +570,7 @@ fn largest_response(reading: &Reading<'_>, sample_time: f64) -> f64 {
         .fold(0.0_f64, |largest, it| largest.max(it.value.modulus()))
 }
 
-/// What the residual tests say, of a model that `explains` the data, and whose intervals allow for colour.
+/// The result of the residual tests for a model that explains the data (`explains`), and whose intervals may allow for colour.
 pub(crate) fn residual_finding(
     tests: &ResidualTests,
     fit: Option<f64>,
@@ -586,20 +586,20 @@ pub(crate) fn residual_finding(
     }
 }
 
-/// Whether earlier inputs are seen in the residual: dynamics are missing. `fit` is the simulated fit, %, so that the residual is
-/// `1 - fit/100` of the output's variation.
+/// Whether the residual correlates with earlier inputs, so that dynamics are missing. `fit` is the simulated fit, %; the residual has the share `1 -
+/// fit/100` of the output's variation.
 pub(crate) fn misses_dynamics(tests: &ResidualTests, fit: Option<f64>) -> bool {
     let earlier = tests.of_earlier_inputs();
     let of_output = fit.map_or(1.0, |fit| 1.0 - 0.01 * fit) * earlier.largest();
     !earlier.passes() && earlier.largest() >= MATTERS && of_output >= MATTERS_IN_OUTPUT
 }
 
-/// Whether the residual is seen in later inputs.
+/// Whether later inputs correlate with the residual, as with feedback.
 pub(crate) fn feeds_back(tests: &ResidualTests) -> bool {
     seen(&tests.of_later_inputs())
 }
 
-/// Whether a correlation is there and matters.
+/// Whether a correlation is significant and large enough to matter.
 fn seen(of: &Correlation) -> bool {
     !of.passes() && of.largest() > MATTERS
 }

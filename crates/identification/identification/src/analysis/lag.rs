@@ -1,13 +1,12 @@
-//! The delay's interval: the delays, longer and shorter, at which the model fits as well.
+//! The interval of the delay: the shortest and longest delays at which the model fits as well.
 //!
-//! With every delay all other parameters are fitted anew, the residual whitened by its autoregression; one whose sum of
-//! squares S has `N ln(S / S_least)` above 3.84 lies outside the 95 % interval (profile likelihood; Wilks 1938). A
-//! delay below 0 is tried as well: at one, the output moves before its input. Not in a loop: there a model without delay is one of the
-//! controller.
+//! For each delay all other parameters are fitted again, with the residual whitened by its autoregression. A delay with sum of squares S lies outside
+//! the 95 % interval if `N ln(S / S_least)` exceeds 3.84 (profile likelihood; Wilks 1938). Delays below 0 are tried as well: then the output moves
+//! before its input. In a closed loop they are not tried, because a model without delay would be that of the controller.
 //!
-//! A model of too low an order has a delay for the lags that it lacks. So a part of the delay is given to one, two or three equal lags
-//! in front of the model, whose time constants about add up to it: as many numbers are sought, and where the model fits as well, the
-//! interval begins at what is left of the delay.
+//! A model of too low an order has a longer delay, to replace missing lags. So a part of the delay is replaced by one, two or three equal lags before
+//! the model, with time constants that sum to about that part. The number of parameters is the same; if the model fits as well, the interval begins
+//! at the remaining delay.
 
 use std::ops::Range;
 
@@ -20,28 +19,28 @@ use planesman_record::Run;
 /// 95 % and 99.9 % of the chi-squared distribution with one degree of freedom.
 const WITHIN: f64 = 3.841_459;
 const BEYOND_DOUBT: f64 = 10.827_566;
-/// Samples by which a delay is moved at most, and by which the output may come before its input.
+/// Maximum number of samples by which a delay is moved, and by which the output may precede its input.
 pub(crate) const FARTHEST: i64 = 20;
 const EARLIEST: i64 = -10;
-/// Lags that a part of the delay is given to at most.
+/// Maximum number of lags that replace a part of the delay.
 const MOST_LAGS: usize = 3;
-/// Samples by which a delay may be longer with every output counting.
+/// Maximum number of samples by which a delay may be longer while every output still counts.
 const LATER: usize = 4;
-/// How many times as long as that part they are together: the model's own lags make up for the rest.
+/// Sum of the lags' time constants relative to the replaced part of the delay; the model's own lags compensate for the rest.
 const LONGER: [f64; 3] = [1.0, 1.5, 0.7];
 
-/// What the record says of the delay, samples.
+/// Information in the record about the delay, samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lag {
     /// The delay that fits best.
     pub best: i64,
-    /// The least and the greatest of the 95 % interval.
+    /// Lower and upper end of the 95 % interval.
     pub interval: (i64, i64),
-    /// Whether the best fits better than the model's own beyond doubt (99.9 %).
+    /// Whether the best delay fits significantly better than the model's delay (99.9 %).
     pub is_another: bool,
 }
 
-/// Equal lags in front of a model.
+/// Equal lags before a model.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lags {
     count: usize,
@@ -54,13 +53,13 @@ impl Lags {
         pole: 0.0,
     };
 
-    /// So many lags with the mean delay of so many samples together.
+    /// This many lags that together have the mean delay of this many samples.
     fn instead_of(delay: f64, count: usize) -> Self {
         let pole = delay / (delay + count as f64);
         Self { count, pole }
     }
 
-    /// An input behind the lags: from 0 where it began at rest, else from its first value.
+    /// An input after the lags; it starts from 0 if the record begins at rest, otherwise from its first value.
     pub(crate) fn of(self, input: &[f64], rests: bool) -> Vec<f64> {
         let mut all = input.to_vec();
         for _ in 0..self.count {
@@ -75,8 +74,8 @@ impl Lags {
 }
 
 impl Lag {
-    /// With the delays of models that cross-validation does not tell apart: whose Bayesian criterion is within the bound of the best
-    /// one's.
+    /// Extends the interval by the delays of models that cross-validation cannot distinguish: their Bayesian criterion is within the bound of the
+    /// lowest one.
     pub(super) fn with_candidates(self, candidates: &[Candidate]) -> Self {
         let stable = || candidates.iter().filter(|it| it.is_stable());
         let Some(best) = stable().min_by(|p, q| p.criterion().total_cmp(&q.criterion())) else {
@@ -90,18 +89,19 @@ impl Lag {
     }
 }
 
-/// A model and the longest record it was fitted to, at other delays.
+/// A model and the longest record it was fitted to, with other delays.
 struct Moved<'a> {
     one: Problem<'a>,
     poles: Vec<f64>,
     whitening: Vec<f64>,
-    /// Outputs that count, from the first one on that the input is known for at every delay, to the last that one ahead is.
+    /// Range of outputs that count: from the first whose inputs are known at every delay to the last that the record allows with the output one
+    /// sample ahead.
     outputs: Range<usize>,
     earliest: i64,
 }
 
 impl<'a> Moved<'a> {
-    /// `None` of a model that is not of the output error, or has a dead time of its own.
+    /// `None` for models other than output error, and for models with a separate dead time.
     fn of(found: &Estimate, problem: &Problem<'a>, following: Following) -> Option<Self> {
         let has_dead_time = found.process.is_some() || found.frequency.is_some();
         if found.error != Error::Output || found.physical.is_some() || has_dead_time {
@@ -139,7 +139,7 @@ impl<'a> Moved<'a> {
         self.outputs.len()
     }
 
-    /// The sum of squares that the least error leaves at a delay, behind these lags.
+    /// The sum of squares of the smallest error at a delay, after these lags.
     fn cost(&self, delay: i64, lags: Lags) -> Option<f64> {
         if delay < self.earliest {
             return None;
@@ -171,14 +171,14 @@ impl<'a> Moved<'a> {
     }
 }
 
-/// The lag of a model of the output error, from the longest record it was fitted to.
+/// The lag of an output-error model, from the longest record it was fitted to.
 pub(super) fn lag(found: &Estimate, problem: &Problem<'_>, following: Following) -> Option<Lag> {
     let of = Moved::of(found, problem, following)?;
     let chosen = i64::try_from(of.one.structure.delay).ok()?;
     profile(chosen, of.samples(), |delay| of.cost(delay, Lags::NONE))
 }
 
-/// The same with what lags in place of a part of the delay leave.
+/// The same, including lags that replace a part of the delay.
 pub(super) fn with_lags(
     lag: Lag,
     found: &Estimate,
@@ -191,13 +191,12 @@ pub(super) fn with_lags(
     }
 }
 
-/// By how much so many samples say that one sum of squares is worse than another.
+/// Significance by which one sum of squares is worse than another, for this many samples.
 fn worse(samples: usize, cost: f64, than: f64) -> f64 {
     samples as f64 * libm::log(cost / than)
 }
 
-/// What so many samples say of the delay, by the sum of squares that the least error leaves of them at each: from the `chosen` one
-/// on, to both sides, as far as there is one and it lies in the interval.
+/// The interval of the delay from the sum of squares at each delay: from `chosen` in both directions, as far as the delays are inside the interval.
 pub(crate) fn profile(
     chosen: i64,
     samples: usize,
@@ -237,8 +236,7 @@ pub(crate) fn profile(
 }
 
 impl Lag {
-    /// With the delays, from the best one down, at which the model fits as well behind lags, by the sum of squares that so many samples
-    /// have at a delay behind lags.
+    /// Extends the interval to shorter delays at which the model with lags fits as well.
     pub(crate) fn with_lags(
         self,
         samples: usize,

@@ -8,11 +8,10 @@ use super::Options;
 use crate::estimators::{Error, Estimate};
 use crate::structure::InitialState;
 
-/// Standard deviations from 0 beyond which a signal's mean is taken off.
+/// A mean further from 0 than this number of standard deviations is subtracted.
 const LARGE_MEAN_DEVIATIONS: f64 = 10.0;
 
-/// Levels of input and output far from 0, which would leave the rest to rounding: taken off before anything is
-/// estimated.
+/// Levels of input and output far from 0, where rounding would dominate; they are subtracted before the estimation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Level {
     pub(super) input: f64,
@@ -20,7 +19,7 @@ pub(super) struct Level {
 }
 
 impl Level {
-    /// None, where the model or the method knows of a level.
+    /// `None` if the model or the method handles the level itself.
     pub(super) fn of(record: &Record, options: &Options) -> Self {
         let free = options.offset
             && options.start == InitialState::Estimated
@@ -64,7 +63,7 @@ impl Level {
         Cow::Owned(record)
     }
 
-    /// Gives an estimate back the level that was taken off its record.
+    /// Adds the subtracted level to an estimate again.
     pub(super) fn restore_units(self, estimate: &mut Estimate) {
         estimate.input_level += self.input;
         let steady = match estimate.error {
