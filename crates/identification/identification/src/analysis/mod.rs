@@ -1,18 +1,18 @@
 //! The analysis of a record: order search, fit, residual tests and verdict.
 //!
-//! Each segment of the record is a run of one model. The order is searched unless it is given; the model
-//! is fitted to the first seven tenths of each segment and validated on the rest, by simulation, or on a
-//! record of its own; the reported model is fitted to all of it. In a long record the order is searched in the part where the
-//! input varies most ([`Problem::part`]).
+//! Each segment of the record is a separate run of the same model. The order is searched unless it is given. The model is fitted to the first 70 % of
+//! each segment and validated on the rest by simulation, or on a separate record; the reported model is fitted to all data. In a long record the
+//! order is searched in the part where the input varies most ([`Problem::part`]).
 //!
-//! - `options`, `level`, `data`: what is asked for, and the record as it is fitted.
-//! - `search`: order, delay and kind; `held_out`: the fits on data that was not fitted.
-//! - `verdict`: what the model is good for; `judgement`: why; `reason`: each reason with its numbers; `sentences`: both in words.
+//! - `options`, `level`, `data`: the requested analysis, and the record as used for the fit.
+//! - `search`: order, delay and kind of model; `held_out`: the fits on data that was not used for the model.
+//! - `verdict`: the model's suitability; `judgement`: how the verdict is reached; `reason`: each reason with its numbers; `sentences`: verdict and
+//!   reasons in words.
 //! - `text`: the results for the terminal.
 //! - `lag`: the delay's interval.
 //! - `bootstrap`: intervals of poles and gain from refits.
-//! - `curve`: static curves in front of the dynamics and behind them; `curved`: the analysis with one, where the evidence asks for it.
-//! - `checks`: the figures that the verdict rests on.
+//! - `curve`: static curves before or after the dynamics; `curved`: the analysis with a curve, if the evidence suggests one.
+//! - `checks`: the quantities behind the verdict.
 
 mod bootstrap;
 mod checks;
@@ -71,80 +71,79 @@ use crate::validation::nonlinearity::{self, Cause, Finding};
 use crate::validation::residuals::ResidualTests;
 use planesman_record::{Record, Run};
 
-/// By how much a fit, %, lies below what the noise leaves where another model is asked for.
+/// If a fit is this much, %, below the limit set by noise, another kind of model is tried.
 const BELOW_NOISE: f64 = 5.0;
-/// The same from which the error is asked for its cause.
+/// If a fit is this much, %, below the limit set by noise, the cause of the error is searched.
 const ASKED_FROM: f64 = 2.0;
 
-/// A loop that the input is in.
+/// The closed loop that contains the input.
 #[derive(Clone, Debug)]
 pub struct ClosedLoop {
-    /// The name of its reference.
+    /// The name of the loop's reference.
     pub reference: String,
-    /// The model without heed to the reference.
+    /// The model fitted directly, without the reference.
     pub direct: Option<Estimate>,
 }
 
-/// A model and what there is to know of it.
+/// A model with all results of the analysis.
 #[derive(Clone, Debug)]
 pub struct Analysis {
-    /// The options it was made with.
+    /// The options of the analysis.
     pub options: Options,
     /// The input's name.
     pub input: String,
     /// The output's name.
     pub output: String,
-    /// The loop that the input is in, where its reference was given.
+    /// The closed loop that contains the input, if its reference was given.
     pub closed_loop: Option<ClosedLoop>,
     /// The model.
     pub estimate: Estimate,
-    /// How its structure was found.
+    /// How the model's structure was found.
     pub search: Search,
-    /// A static curve in front of the dynamics or behind them, where one was fitted: the record and all fits are then of what goes through it.
+    /// A static curve before or after the dynamics, if one was fitted; the record and all fits are then those of the signal after the curve.
     pub curved: Option<Curved>,
-    /// Of each run, the number of the record's segment.
+    /// For each run, the number of its segment in the record.
     pub segments: Vec<usize>,
     /// The simulated fit on the longest run, %.
     pub fit: Option<f64>,
-    /// On what was held out of it.
+    /// Fits on the held-out part.
     pub held_out: HeldOutFits,
     /// The fit of predictions [`AHEAD`] samples ahead on the longest run, or on the validation data, %.
     pub predicted_fit: Option<f64>,
-    /// What the input accounts for in the output, beyond constant and free motion.
+    /// The part of the output that the input explains, beyond constant and free motion.
     pub input_part: Option<InputPart>,
-    /// Whether the input stands but for one step or two.
+    /// Whether the input is constant except for one or two steps.
     pub is_step_test: bool,
-    /// The share of the output's variation in the longest run that a straight line explains beyond what the input does, 0 to 1.
+    /// Share (0 to 1) of the output's variation in the longest run that a straight line explains, beyond the response to the input.
     pub drift: f64,
     /// Whether the longest run's input follows its output.
     pub following: Following,
-    /// What the longest run says of the delay, for a model of the output error.
+    /// Interval of the delay from the longest run, for an output-error model.
     pub lag: Option<Lag>,
-    /// Intervals by a bootstrap, where one was asked for.
+    /// Intervals from a bootstrap, if requested.
     pub bootstrap: Option<Bootstrap>,
-    /// The model on the record for validation, where one was given.
+    /// Results on the validation record, if one was given.
     pub validation: Option<Judgement>,
-    /// Of the longest run.
+    /// Residual tests of the longest run.
     pub residuals: Option<ResidualTests>,
-    /// What another model than a linear and steady one would explain of the longest run, where the fit lies well below what
-    /// the noise leaves.
+    /// The cause of the longest run's error, if the fit is well below the limit set by noise: nonlinearity, variation or a disturbance.
     pub finding: Option<Finding>,
     /// The longest run's number.
     pub longest: usize,
-    /// What it is good for.
+    /// The model's verdict.
     pub verdict: Verdict,
     /// Why.
     pub reasons: Vec<Reason>,
-    /// How the estimator's recursive form learnt.
+    /// How the parameters of the recursive form developed.
     pub trajectory: Trajectory,
 }
 
-/// What there is beside the linear dynamics.
+/// Position of a static curve relative to the linear dynamics.
 enum CurvePlacement<'a> {
     None,
-    /// A curve that the record's input has been through.
+    /// A curve that the record's input has passed.
     AtInput(curve::Front<'a>),
-    /// A curve of the output, behind dynamics of a structure.
+    /// A curve of the output, after dynamics of a given structure.
     AtOutput(Structure, Wiener),
 }
 
@@ -153,7 +152,7 @@ impl CurvePlacement<'_> {
         matches!(self, Self::AtOutput(..))
     }
 
-    /// The curve, with dynamics that were fitted.
+    /// The curve, together with fitted dynamics.
     fn curve(&self, estimate: &Estimate) -> Option<Curved> {
         let (side, fitted) = match self {
             Self::None => return None,
@@ -214,7 +213,7 @@ fn judged_on(
     Ok(found)
 }
 
-/// The input before the step of a step test, where the output stands still until then and the options allow for it.
+/// The input level before the step of a step test, if the output is constant until then and the options allow this.
 fn input_before_step(record: &Record, options: &Options) -> Option<f64> {
     let of_steps = options.method.has(Property::KnowsStepTests);
     let is_asked = of_steps && options.start == InitialState::Estimated && options.offset;
@@ -223,7 +222,7 @@ fn input_before_step(record: &Record, options: &Options) -> Option<f64> {
         .flatten()
 }
 
-/// The model of the structure that was chosen, and its figures; those of held-out data where there is none for validation.
+/// Fits the chosen structure and computes its results; held-out results are computed if there is no validation data.
 fn fitted(
     data: &Data<'_>,
     problem: &Problem<'_>,
@@ -322,7 +321,7 @@ fn fitted(
 }
 
 impl Analysis {
-    /// Takes the fits of a record for validation.
+    /// Adds the fits on a validation record.
     fn validated(&mut self, validation: &Record, fitted: &Problem<'_>) -> Result<Reason> {
         let validation = &*match self.estimate.frequency {
             // Its model was not fitted to what the reference causes.
@@ -361,7 +360,7 @@ impl Analysis {
         doubts
     }
 
-    /// What the error of the longest run points to, where the noise would leave a better fit.
+    /// The cause of the longest run's error, if the noise would allow a better fit.
     fn beyond_linear(&self, data: &Record) -> Option<Finding> {
         let run = data.segments[self.segments[self.longest]].run()?;
         let finding = || nonlinearity::finding(&self.estimate, self.longest, run);
@@ -384,14 +383,14 @@ impl Analysis {
         beyond.or_else(|| clipped().or(oscillation).filter(|_| is_asked))
     }
 
-    /// Whether the noise would leave a better fit to another model.
+    /// Whether the noise would allow another model a better fit.
     fn is_below_noise(&self) -> bool {
         let fits = self.held_out.attainable.zip(self.held_out.fit);
         fits.is_some_and(|(attainable, held)| attainable - held > ASKED_FROM)
             && self.may_be_disturbed()
     }
 
-    /// Whether what the model leaves may be asked for its cause.
+    /// Whether a disturbance may be searched in the residual.
     fn may_be_disturbed(&self) -> bool {
         self.closed_loop.is_none()
             && self.estimate.process.is_none()
@@ -400,7 +399,7 @@ impl Analysis {
             && !self.options.method.is_of_the_vehicle()
     }
 
-    /// The output of a run of the record, with the curve where there is one, from its input alone.
+    /// The simulated output of a run, from its input alone, with the curve if there is one.
     #[must_use]
     pub fn simulate(&self, number: usize, run: Run<'_>) -> Vec<f64> {
         match &self.curved {
@@ -417,7 +416,7 @@ impl Analysis {
         }
     }
 
-    /// A record as the linear dynamics have it: with its input through the curve in front of them, where there is one.
+    /// A record for the linear dynamics: its input has passed the input curve, if there is one.
     #[must_use]
     pub fn of_dynamics<'a>(&self, record: &'a Record) -> Cow<'a, Record> {
         match &self.curved {
@@ -428,20 +427,20 @@ impl Analysis {
         }
     }
 
-    /// The reasons, then the verdict.
+    /// The reasons, followed by the verdict.
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
         let reasons = self.reasons.iter().map(Reason::to_string);
         reasons.chain([self.verdict_text()]).collect()
     }
 
-    /// The kind that was chosen by cross-validation.
+    /// The kind of model that cross-validation chose.
     #[must_use]
     pub fn kind(&self) -> Option<Kind> {
         self.search.selected.first().map(|chosen| chosen.kind)
     }
 
-    /// The method's name: that of the kind that was chosen, or of the method that was asked for.
+    /// The method's name: that of the chosen kind of model, or of the requested method.
     #[must_use]
     pub fn method_name(&self) -> &'static str {
         match self.estimate.process {
@@ -457,13 +456,13 @@ impl Analysis {
         self.estimate.model(self.longest)
     }
 
-    /// Poles, zeros, gain and response of that model.
+    /// Poles, zeros, gain and response of the longest run's model.
     #[must_use]
     pub fn reading(&self) -> Reading<'_> {
         Reading::new(&self.estimate, self.longest)
     }
 
-    /// The vehicle's coefficients, where they were sought or follow: from second order with a zero at z = 1.
+    /// The vehicle's coefficients, if they were estimated or follow from a second-order model with a zero at z = 1.
     #[must_use]
     pub fn physical(&self) -> Option<Physical> {
         let sought = self.estimate.physical.clone();

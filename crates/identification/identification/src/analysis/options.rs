@@ -1,4 +1,4 @@
-//! Options of the analysis, and the structures that they ask for.
+//! Options of the analysis, and the structures that they define.
 
 use super::curve::CurveChoice;
 use crate::estimators::{FrequencyDomain, Knowledge, Method, Property, TransferConstraints};
@@ -9,32 +9,31 @@ use crate::structure::{InitialState, Structure};
 pub struct Options {
     /// How to estimate.
     pub method: Method,
-    /// Knowledge that the method begins with.
+    /// Prior knowledge used by the method.
     pub knowledge: Knowledge,
-    /// The order, known poles not counted; `None` to search.
+    /// The order, without known poles; `None` to search it.
     pub order: Option<usize>,
-    /// Coefficients of the numerator, known zeros not counted; `None` for as many as the order.
+    /// Number of numerator coefficients, without known zeros; `None` for the same number as the order.
     pub numerator: Option<usize>,
-    /// Samples from input to first effect; `None` to search it beside the order, and for 1 with an order
-    /// that is given.
+    /// Samples from the input to its first effect; `None` to search it together with the order, or for 1 if an order is given.
     pub delay: Option<usize>,
     /// Zeros known to be at z = 1.
     pub zeros_at_one: usize,
     /// Poles known to be at z = 1.
     pub integrators: usize,
-    /// Seek an offset of the output.
+    /// Whether to estimate an offset of the output.
     pub offset: bool,
     /// How each segment begins.
     pub start: InitialState,
-    /// The segments have only their poles in common.
+    /// Whether the segments share only their poles.
     pub own_numerators: bool,
-    /// The moment of inertia, where it is known: what turns `K/J` into `K`.
+    /// The moment of inertia, if known: the factor between `K/J` and `K`.
     pub inertia: Option<f64>,
     /// The vehicle's speed, m/s, for the model file.
     pub speed: Option<f64>,
-    /// Simulated records of a bootstrap; `None` for none.
+    /// Number of simulated records of a bootstrap; `None` for no bootstrap.
     pub bootstrap: Option<usize>,
-    /// The static curve that is tried.
+    /// The static curve to try.
     pub curve: CurveChoice,
 }
 
@@ -61,7 +60,7 @@ impl Default for Options {
 }
 
 impl Options {
-    /// The structure of a model with so many poles beside the known ones.
+    /// The structure of a model with this many poles in addition to the known poles.
     pub(super) fn structure(&self, order: usize) -> Structure {
         let has_no_poles = self.method.has(Property::HasNoPoles);
         let order = if has_no_poles { 0 } else { order };

@@ -1,4 +1,4 @@
-//! What speaks for a model and against it: findings with their numbers. `sentences` has them in words.
+//! Reasons for and against a model: findings with their numbers. The module `sentences` expresses them in words.
 
 use super::curve::Curved;
 use super::{FirstOrderHold, OtherOrder};
@@ -12,119 +12,119 @@ use crate::validation::residuals::Correlation;
 /// A finding on a model. Fits and shares of samples are in %.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Reason {
-    /// Samples of the validation data, the simulated fit on them, the fit of predictions.
+    /// Number of validation samples, simulated fit on them, fit of predictions.
     Validated(usize, Option<f64>, Option<f64>),
-    /// What reading the data has found that bears on the model, in words.
+    /// A finding from reading the data that affects the model, as a sentence.
     Data(String),
-    /// The output stands still until the input steps: the record is taken to begin at rest.
+    /// The output is constant until the input steps: the record is assumed to begin at rest.
     AtRest,
     /// The record may not determine the model.
     Doubt(Doubt),
-    /// Segments used, of so many, with the share of the samples.
+    /// Number of used segments, number of all segments, share of the samples.
     SegmentsLeftOut(usize, usize, f64),
-    /// Samples on which order and delay were searched, of so many.
+    /// Number of samples used for the search of order and delay, and number of all samples.
     SearchedInPart(usize, usize),
-    /// Models cross-validated, the one chosen, and the one of the largest fit if that is larger.
+    /// Number of cross-validated models, the chosen model, and the model with the largest fit if that is larger.
     Selected(usize, Box<Candidate>, Option<Box<Candidate>>),
-    /// The same of several inputs, in words.
+    /// The same for several inputs, as a sentence.
     SelectedOfSeveral(String),
-    /// The order and delay chosen by criteria, and the next order.
+    /// The order and delay chosen by criteria, and the next best order.
     Order(criteria::Candidate, Option<criteria::Candidate>),
-    /// The process model chosen, and the next form with the difference of its criterion.
+    /// The chosen process model, and the next best form with the difference of their criteria.
     Process(process::Candidate, Option<(Form, f64)>),
-    /// The order is the largest searched.
+    /// The chosen order is the largest one searched.
     LargestOrder(usize),
-    /// The delay is the longest searched.
+    /// The chosen delay is the longest one searched.
     LongestDelay(usize),
-    /// The response in two stages and by a direct fit, where they differ most.
+    /// The response by the two-stage method and by a direct fit, at the frequency where they differ most.
     TwoStages {
         /// The frequency, rad/s.
         frequency: f64,
         /// The reference's name.
         reference: String,
-        /// The magnitude in two stages and its standard deviation.
+        /// The magnitude by the two-stage method, and its standard deviation.
         staged: (f64, f64),
-        /// The same by the direct fit.
+        /// The magnitude by the direct fit, and its standard deviation.
         direct: (f64, f64),
-        /// Standard deviations between them, where that is significant.
+        /// The difference in standard deviations, if it is significant.
         apart: Option<f64>,
     },
-    /// The model is unstable; the fit of predictions.
+    /// The model is unstable; the fit of its predictions.
     PredictedFit(f64),
     /// The simulated fit on held-out data.
     HeldOutFit(f64, FitRemark),
-    /// The output stays within the noise there; the cross-validated fit, %, where the model is judged by that.
+    /// The held-out output stays within the noise; the cross-validated fit, %, if the verdict uses it.
     HeldOutIsNoise(Option<f64>),
-    /// The error there is no larger than elsewhere, though the output moves less; the cross-validated fit, %, by which the model is judged.
+    /// The held-out error is no larger than elsewhere, though the output moves less; the cross-validated fit, %, which the verdict uses.
     ErrorAsElsewhere(Option<f64>),
-    /// Not validated: the first part alone does not determine the model.
+    /// Not validated: the first part of the record alone does not determine the model.
     FirstPartUndetermined,
-    /// The first part alone does not excite the band: the simulated fit on all of the record, %.
+    /// The first part of the record alone does not excite the band; the simulated fit on the complete record, %.
     WholeRecord(Option<f64>),
-    /// The band in which the coherence holds.
+    /// The band with sufficient coherence.
     Band {
         /// The lowest and the highest frequency, rad/s.
         band: (f64, f64),
         /// The least coherence.
         coherence: f64,
-        /// J of the transfer function there.
+        /// Cost J of the transfer function in this band.
         cost: f64,
     },
-    /// Another model than a linear, steady one explains the error.
+    /// A nonlinear or time-varying model, or a disturbance, explains the error.
     NotLinear {
-        /// What the error points to.
+        /// The cause of the error.
         finding: Finding,
         /// The interval between samples, s.
         sample_time: f64,
-        /// The segment's number from 1, where there are several.
+        /// The segment's number, from 1, if there are several.
         segment: Option<usize>,
     },
-    /// The simulated fit on held-out data with the state from the samples before it, %.
+    /// The simulated fit on held-out data, %, with the initial state from the samples before it.
     Carried(f64),
-    /// The halves of the record do not agree.
+    /// The two halves of the record disagree.
     Unsteady,
-    /// The input's share of the output's variation, 0 to 1, and whether that is too little for a gain.
+    /// The input's share of the output's variation, 0 to 1, and whether it is too small to determine the gain.
     InputShare(f64, bool),
-    /// The F statistic of one of several inputs, the one needed, and whether the model has it.
+    /// The F statistic of one of several inputs, the required F, and whether the model contains the input.
     InputEffect(f64, f64, bool),
-    /// Another input that explains nearly all of one, and the share of it that is its own.
+    /// Another input that explains nearly all of this input's variation, and the remaining independent share.
     Inseparable(String, f64),
-    /// The F statistic of a process model against the noise, and the one from which it is beyond doubt.
+    /// The F statistic of a process model relative to the noise, and the required F.
     ProcessF(f64, f64),
-    /// The steady-state gain, which is hardly known.
+    /// The steady-state gain, which is uncertain.
     GainUndetermined(Uncertain),
-    /// Samples by which the output seems to come before the input.
+    /// Number of samples by which the output seems to precede the input.
     Early(i64),
-    /// The delay that fits better, and the model's.
+    /// The delay that fits better, and the model's delay.
     OtherDelay(i64, usize),
-    /// The output answers within a sample.
+    /// The output responds within one sample.
     DirectFeedthrough,
-    /// A static curve in front of the dynamics or behind them.
+    /// A static curve before or after the dynamics.
     Curve(Curved),
-    /// By how much, %, the fit with the curve stays below what the noise leaves.
+    /// How much, %, the fit with the curve is below the limit set by noise.
     CurveMisses(f64),
     /// The input moves on straight lines between its samples.
     FirstOrderHold(FirstOrderHold),
-    /// The residuals are rounding.
+    /// The residuals are only rounding error.
     NoNoise,
-    /// The result of the residual tests, against the reference where that is so.
+    /// The result of the residual tests, and whether they use the reference instead of the input.
     Residuals(ResidualFinding, bool),
     /// The residuals correlate with later inputs.
     Feedback(Correlation),
-    /// A pole with a negative real part in z, known imprecisely.
+    /// A pole in z with a negative real part and a wide interval.
     NegativePole(Uncertain),
-    /// A pole beyond the unit circle.
+    /// A pole outside the unit circle.
     UnstablePole(Uncertain),
     /// A pole that a zero may cancel.
     CancelledPole(Uncertain),
-    /// A model with or without such a pole.
+    /// A model with or without a pole that a zero may cancel.
     OtherOrder(OtherOrder),
-    /// Samples, few for so many parameters.
+    /// Number of samples, which is small for the number of parameters.
     FewSamples(usize, usize),
 }
 
 impl Reason {
-    /// Whether it says how the model was chosen, rather than what it is worth.
+    /// Whether the reason explains the choice of the model, in contrast to its quality.
     pub(crate) const fn is_of_the_choice(&self) -> bool {
         matches!(
             self,
@@ -136,7 +136,7 @@ impl Reason {
         )
     }
 
-    /// Whether it speaks against the model.
+    /// Whether the reason is evidence against the model.
     #[must_use]
     pub const fn is_against(&self) -> bool {
         match self {
@@ -167,7 +167,7 @@ impl Reason {
         }
     }
 
-    /// What it says, as files and JSON have it.
+    /// The reason's code in files and JSON.
     #[must_use]
     pub const fn code(&self) -> &'static str {
         match self {
@@ -216,18 +216,18 @@ impl Reason {
     }
 }
 
-/// What there is to a fit on held-out data.
+/// Remark on a fit on held-out data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FitRemark {
     /// Nothing.
     None,
-    /// The mean of the output would be better.
+    /// The output's mean would fit better.
     WorseThanMean,
-    /// As good as the noise lets a model be, %.
+    /// The fit reaches the limit set by noise, %.
     NoiseLimited(f64),
     /// Very good.
     VeryGood,
-    /// Far below the fit on the whole record, %.
+    /// The fit is far below the fit on the whole record, %.
     Overfitted(f64),
 }
 
@@ -236,11 +236,11 @@ pub enum FitRemark {
 pub enum ResidualFinding {
     /// White and uncorrelated; whether the model explains the data.
     White(bool),
-    /// Uncorrelated but not white; whether the standard deviations allow for it.
+    /// Uncorrelated but not white; whether the standard deviations are valid for this colour.
     Coloured(Correlation, bool),
     /// Correlated significantly, but little.
     LittleCorrelation(Correlation),
-    /// Correlated, with an input that follows the output.
+    /// Correlated, but the input follows the output.
     InLoop(Correlation),
     /// Correlated.
     Correlated(Correlation),

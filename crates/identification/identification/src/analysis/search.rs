@@ -12,70 +12,70 @@ use crate::structure::{Problem, Structure};
 use crate::uncertainty::{Reading, Uncertain};
 use crate::validation::identifiability::Following;
 
-/// Orders and delays cross-validated.
+/// Maximum order and delay in cross-validation.
 pub(super) const MAX_ORDER: usize = 10;
 pub(super) const MAX_DELAY: usize = 20;
 
-/// Orders and delays searched for a method that was named.
+/// Maximum order and delay searched for a requested method.
 pub(super) const METHOD_MAX_ORDER: usize = 4;
 pub(super) const METHOD_MAX_DELAY: usize = 3;
 
-/// Times that another delay is taken because it fits better.
+/// Maximum number of times that the delay is changed because another fits better.
 const DELAYS: usize = 3;
 
-/// Models of lower order that are shown beside one with such a pole are sought among so many.
+/// Number of cross-validated models among which a model of lower order without the cancelled pole is searched.
 const OTHERS: usize = 8;
 
-/// What was tried for a model's structure.
+/// Structures tried in the search for a model.
 #[derive(Clone, Debug, Default)]
 pub struct Search {
-    /// The orders and delays tried; empty when the order was given.
+    /// The orders and delays tried; empty if the order was given.
     pub candidates: Vec<criteria::Candidate>,
-    /// The kinds, orders and delays that were cross-validated, the chosen one first; empty for a method that was named.
+    /// The cross-validated kinds, orders and delays, the chosen one first; empty for a requested method.
     pub selected: Vec<selection::Candidate>,
-    /// That the input moves between its samples, where it was found to.
+    /// Evidence that the input moves between its samples, if found.
     pub lines: Option<FirstOrderHold>,
-    /// What leaving out a pole that a zero may cancel, or not, would give.
+    /// The result of leaving out, or keeping, a pole that a zero may cancel.
     pub other_order: Option<OtherOrder>,
-    /// The forms of process model tried, the best first; empty where none was.
+    /// The forms of process model tried, best first; empty if none was tried.
     pub processes: Vec<process::Candidate>,
     /// The cross-validated fit of the process model, %.
     pub process_fit: Option<f64>,
-    /// Samples it was tried on.
+    /// Number of samples used in the search.
     pub samples: usize,
 }
 
-/// The input is on straight lines between its samples: parameters and cross-validated fit, %, of both.
+/// The input moves on straight lines between its samples: number of parameters and cross-validated fit, %, for this input and for a held input.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FirstOrderHold {
     /// On straight lines.
     pub lines: (usize, f64),
-    /// With the input held.
+    /// Values for a held input.
     pub held: (usize, f64),
 }
 
-/// A model with or without a pole that a zero may cancel, beside the one that was chosen.
+/// A model with or without a pole that a zero may cancel, for comparison with the chosen model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OtherOrder {
     /// Its order.
     pub order: usize,
-    /// Whether it has such a pole, which the one chosen has not; or the other way round.
+    /// Whether this model has such a pole, and the chosen model does not; otherwise the reverse.
     pub cancels: bool,
-    /// Its steady-state gain; `None` with a pole at z = 1.
+    /// The model's steady-state gain; `None` for a pole at z = 1.
     pub gain: Option<Uncertain>,
-    /// Its cross-validated fit, %.
+    /// The model's cross-validated fit, %.
     pub fit: f64,
 }
 
-/// The structure and estimator to fit with.
+/// The structure and the estimator to use.
 pub(super) struct Chosen {
     pub(super) structure: Structure,
     pub(super) estimator: Box<dyn Estimator>,
-    /// The estimator that needs no first stage, since it takes the references itself.
+    /// The estimator that uses the references directly, without a first stage.
     pub(super) joint: Option<FrequencyDomain>,
-    /// Where the search has computed it.
+    /// The estimate, if the search has already computed it.
     pub(super) estimate: Option<Estimate>,
-    /// Of the estimate, where it has been computed.
+    /// The interval of the estimate's delay, if already computed.
     pub(super) lag: Option<Lag>,
     pub(super) search: Search,
 }
@@ -93,7 +93,7 @@ impl Chosen {
         }
     }
 
-    /// The best of the cross-validated models, of which there is one.
+    /// The best cross-validated model; there is at least one.
     fn best(&self) -> &selection::Candidate {
         &self.search.selected[0]
     }
@@ -114,7 +114,7 @@ impl From<process::Chosen> for Chosen {
     }
 }
 
-/// What the options leave open, sought in the data, whose output `stood` until a step.
+/// Searches the properties that the options leave open; the output was constant (`stood`) until a step.
 pub(super) fn search(data: &Data<'_>, options: &Options, stood: bool) -> Result<Chosen> {
     let (problem, whole) = (&data.problem, data.on_noise_free_inputs(&data.problem));
     let part = whole.part().unwrap_or_else(|| whole.clone());
@@ -138,7 +138,7 @@ pub(super) fn search(data: &Data<'_>, options: &Options, stood: bool) -> Result<
     Ok(chosen)
 }
 
-/// A transfer function near the frequency response; by the reference without a first stage.
+/// A transfer function fitted to the frequency response; in a closed loop it uses the reference, without a first stage.
 fn in_frequency(data: &Data<'_>, options: &Options) -> Result<Chosen> {
     let search = options.frequency_domain(data.problem.sample_time, &data.references);
     let found = search.fit(&data.problem)?;
@@ -154,7 +154,7 @@ fn in_frequency(data: &Data<'_>, options: &Options) -> Result<Chosen> {
     })
 }
 
-/// Order and delay of a method that was named.
+/// Order and delay for a requested method.
 fn by_criteria(part: &Problem<'_>, options: &Options, mut chosen: Chosen) -> Chosen {
     // A finite impulse response has no poles, and chooses its own length: only its first coefficient is sought.
     let (orders, delays) = match options.method.has(Property::HasNoPoles) {
@@ -180,7 +180,7 @@ fn by_criteria(part: &Problem<'_>, options: &Options, mut chosen: Chosen) -> Cho
     chosen
 }
 
-/// The model that cross-validation chooses; of a step test, or where it may integrate, a process model that tells it as well.
+/// The model chosen by cross-validation; for a step test, or if the plant may integrate, a process model if it fits equally well.
 fn automatic(
     problem: &Problem<'_>,
     part: &Problem<'_>,
@@ -202,8 +202,8 @@ fn automatic(
     }
 }
 
-/// The model that cross-validation chooses, for an input that is held between its samples; where the output seems to answer at
-/// once, or before, for one that moves on straight lines if that is better.
+/// The model chosen by cross-validation for an input held between its samples. If the output seems to respond at once or earlier, an input that moves
+/// on straight lines is used if it fits better.
 fn between_samples(
     problem: &Problem<'_>,
     part: &Problem<'_>,
@@ -243,7 +243,7 @@ fn between_samples(
     })
 }
 
-/// The choice by cross-validation on a part of the data, for an input that is held between its samples, or on straight `lines`.
+/// Cross-validation on a part of the data, for an input held between its samples or moving on straight lines (`lines`).
 struct CrossValidation<'a> {
     problem: &'a Problem<'a>,
     part: &'a Problem<'a>,
@@ -253,7 +253,7 @@ struct CrossValidation<'a> {
 }
 
 impl CrossValidation<'_> {
-    /// The model that is chosen, fitted to all of the data, with the delay that fits best.
+    /// The chosen model, fitted to all data, with the delay that fits best.
     fn chosen(&self) -> Result<Chosen> {
         let mut selected = self.select(self.orders(), self.delays());
         // One that all the data does not determine gives way to the next.
@@ -286,8 +286,8 @@ impl CrossValidation<'_> {
             .map_or(1..=MAX_ORDER, |order| order..=order)
     }
 
-    /// Planes move a vehicle only later; a model at a speed is one of a vehicle. So does the input in a loop. On lines the input acts
-    /// in the interval before its sample.
+    /// Planes move a vehicle only after a delay; a model with a given speed is a model of a vehicle. In a closed loop the input also acts only after
+    /// a delay. If the input moves on straight lines, it acts in the interval before its sample.
     fn delays(&self) -> RangeInclusive<usize> {
         let is_later = self.options.speed.is_some() || self.following == Following::Yes;
         let least = usize::from(!self.lines && is_later);
@@ -317,7 +317,7 @@ impl CrossValidation<'_> {
         })
     }
 
-    /// All of the data, for a structure.
+    /// All data, with a given structure.
     fn whole(&self, structure: &Structure) -> Problem<'_> {
         Problem {
             structure: Structure {
@@ -332,8 +332,8 @@ impl CrossValidation<'_> {
         candidate.estimator().fit(&self.whole(&candidate.structure))
     }
 
-    /// Leaves out a pole that a zero may cancel, where a model of lower order is nearly as good. What is given back is a model with
-    /// such a pole, or without where the one chosen has it still.
+    /// Leaves out a pole that a zero may cancel, if a model of lower order is nearly as good. Returns the alternative model: with such a pole, or
+    /// without one if the chosen model still has one.
     fn leave_out_cancelled(
         &self,
         selected: &mut Vec<selection::Candidate>,
@@ -365,7 +365,7 @@ impl CrossValidation<'_> {
         }
     }
 
-    /// The delay that fits best: those that were cross-validated are few.
+    /// The delay that fits best; cross-validation tries only a few delays.
     fn seek_delay(
         &self,
         selected: &mut Vec<selection::Candidate>,

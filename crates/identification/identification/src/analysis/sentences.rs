@@ -179,7 +179,7 @@ fn process(chosen: &process::Candidate, next: Option<(Form, f64)>) -> String {
     format!("process model {name}, {equation}, {begins} at the beginning of the record{next}")
 }
 
-/// Magnitudes with their standard deviations, and how many of these they are apart.
+/// Magnitudes with their standard deviations, and their difference in standard deviations.
 fn two_stages(
     frequency: f64,
     reference: &str,
@@ -218,7 +218,7 @@ fn in_band(band: (f64, f64), coherence: f64, cost: f64) -> String {
     )
 }
 
-/// What an error points to, in a segment of several.
+/// The cause of an error, with its segment if there are several.
 fn not_linear(finding: &Finding, sample_time: f64, segment: Option<usize>) -> String {
     let segment = segment.map_or(String::new(), |it| {
         format!(" in segment {it}, time counted from its beginning")
@@ -333,7 +333,7 @@ impl fmt::Display for Doubt {
     }
 }
 
-/// What an error points to; times in seconds.
+/// The cause of an error; times in seconds.
 fn cause(cause: &Cause, sample_time: f64) -> String {
     let seconds = |sample: &usize| format!("{:.2}", *sample as f64 * sample_time);
     match cause {
@@ -370,7 +370,7 @@ fn cause(cause: &Cause, sample_time: f64) -> String {
     }
 }
 
-/// How a signal goes through a curve, with what it does there.
+/// The effect of a static curve on a signal.
 fn in_words(verb: &str, curve: &StaticCurve) -> String {
     let number = |it: &f64| significant(*it, 3);
     match curve {

@@ -9,22 +9,22 @@ use planesman_wording::option;
 use crate::estimators::Property;
 use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
 
-/// Candidates, and offsets, printed.
+/// Maximum number of candidates, and of offsets, printed.
 const SHOWN: usize = 8;
 
 /// How results are shown.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Shown<'a> {
-    /// Lines on the record, below the numbers.
+    /// Lines about the record, printed below the numbers.
     pub record: &'a str,
-    /// What is next where the verdict says to write the model: it is written already.
+    /// Next step to print if the verdict recommends writing the model, but it has already been written.
     pub once_written: Option<&'a str>,
-    /// Candidates, coefficients, poles, zeros and the reasons of the choice as well.
+    /// Whether to print also candidates, coefficients, poles, zeros and the reasons of the choice.
     pub verbose: bool,
 }
 
 impl Shown<'_> {
-    /// The verdict, the numbers that bear it, the record, the reasons and what is next.
+    /// The verdict, the numbers that support it, the record, the reasons and the next step.
     pub(crate) fn arranged(
         &self,
         verdict: Verdict,
@@ -41,7 +41,7 @@ impl Shown<'_> {
 }
 
 impl Analysis {
-    /// Verdict, results, reasons and what is next, with all detail.
+    /// Verdict, results, reasons and next step, with all details.
     #[must_use]
     pub fn text(&self) -> String {
         self.text_as(Shown {
@@ -50,7 +50,7 @@ impl Analysis {
         })
     }
 
-    /// The same as it is to be shown.
+    /// The same, with a choice of what to show.
     #[must_use]
     pub fn text_as(&self, shown: Shown<'_>) -> String {
         let numbers = match shown.verbose {
@@ -211,7 +211,7 @@ impl Analysis {
         text + "\n"
     }
 
-    /// The offset of each segment, of which each has its own.
+    /// The offset of each segment, if the segments have separate offsets.
     fn offsets(&self) -> String {
         let one = |run: usize| significant(self.estimate.offset(run), 5);
         let runs = self.segments.len();
@@ -227,7 +227,7 @@ impl Analysis {
         each.join(", ")
     }
 
-    /// Numerator and denominator; every segment's numerator where each has its own.
+    /// Numerator and denominator; if the segments have separate numerators, all of them.
     fn coefficients(&self) -> String {
         let own = self.estimate.layout.structure.own_numerators && self.segments.len() > 1;
         let runs = if own {
@@ -252,12 +252,12 @@ impl Analysis {
         text + &denominator(&self.model().a)
     }
 
-    /// Whether the impulse response is: all poles lie at z = 0.
+    /// Whether the impulse response is finite: all poles are at z = 0.
     fn is_finite(&self) -> bool {
         self.model().a.iter().all(|a| *a == 0.0)
     }
 
-    /// What the poles do, as [`Reading::modes`].
+    /// The modes of the poles, see [`Reading::modes`].
     #[must_use]
     pub fn modes(&self) -> Vec<String> {
         self.reading().modes()
@@ -323,7 +323,7 @@ impl Analysis {
         text
     }
 
-    /// The frequency response in short, and the transfer function of it.
+    /// A summary of the frequency response, and the transfer function fitted to it.
     fn frequency(&self) -> String {
         let Some(fit) = &self.estimate.frequency else {
             return String::new();
@@ -379,7 +379,7 @@ impl Analysis {
     }
 }
 
-/// A number with its 95 % interval; of a conjugate pair, the upper one.
+/// A number with its 95 % interval; for a conjugate pair, the pole with positive imaginary part.
 pub(crate) fn interval(it: &Uncertain) -> String {
     let real = with_interval(it.value.re, SIGMAS_95 * it.real_deviation());
     if it.value.im == 0.0 {
@@ -389,7 +389,7 @@ pub(crate) fn interval(it: &Uncertain) -> String {
     format!("{real}, ± ({imaginary}) i")
 }
 
-/// The edges of an interval.
+/// Lower and upper end of an interval.
 fn span((least, most): &(f64, f64)) -> String {
     format!("{} to {}", significant(*least, 5), significant(*most, 5))
 }
@@ -412,7 +412,7 @@ fn list(values: &[f64]) -> String {
     values.join("  ")
 }
 
-/// The interval of a delay, where there is one.
+/// The interval of a delay, if there is one.
 pub(crate) fn interval_of_delay(lag: Option<Lag>) -> String {
     lag.map_or(String::new(), |lag| {
         let (least, most) = lag.interval;
@@ -423,7 +423,7 @@ pub(crate) fn interval_of_delay(lag: Option<Lag>) -> String {
     })
 }
 
-/// The noise, by its variance and `d1 ... dk`.
+/// The noise as variance and `d1 ... dk`.
 pub(crate) fn noise(variance: f64, denominator: &[f64]) -> String {
     let size = significant(variance.sqrt(), 4);
     let mut text = format!("{:<12} {size}, one standard deviation\n", "noise");
@@ -450,7 +450,7 @@ pub(crate) fn limit_by_noise(held_out: &HeldOutFits) -> String {
     })
 }
 
-/// The modes, a line each; those that the record does not determine are counted.
+/// The modes, one per line; modes that the record does not determine are only counted.
 fn modes(reading: &Reading<'_>) -> String {
     let (known, others) = reading.determined_modes();
     let mut text: String = known
@@ -473,7 +473,7 @@ pub(crate) fn percent(fit: Option<f64>) -> String {
     fit.map_or("none".to_owned(), |fit| format!("{fit:.2} %"))
 }
 
-/// A time, s, without the digits that are below its nanoseconds.
+/// A time, s, without digits below a nanosecond.
 pub(crate) fn to_a_nanosecond(seconds: f64) -> f64 {
     (seconds * 1e9).round() / 1e9
 }

@@ -1,23 +1,23 @@
-//! How an estimator's recursive form learnt.
+//! How the parameters of an estimator's recursive form developed.
 
 use crate::estimators::Estimator;
 use crate::structure::Problem;
 
-/// Samples of a trajectory, and points of them that are kept, at most.
+/// Maximum number of samples of a trajectory, and of its stored points.
 const WATCHED: usize = 10_000;
 const POINTS: usize = 400;
 
-/// Parameters by time, for a plot of how they were learnt.
+/// Parameters over time, for a plot of the recursive estimation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trajectory {
-    /// `a1`, `b1` and so on; or `K/J` and so on.
+    /// Parameter names: `a1`, `b1` and so on, or `K/J` and so on.
     pub names: Vec<String>,
-    /// Seconds, and the parameters then.
+    /// Time, s, and the parameters at that time.
     pub points: Vec<(f64, Vec<f64>)>,
 }
 
 impl Trajectory {
-    /// Empty for an estimator without recursive form.
+    /// Empty for an estimator without a recursive form.
     pub(super) fn of(estimator: &dyn Estimator, problem: &Problem<'_>) -> Self {
         let Ok(mut learner) = estimator.learner(problem) else {
             return Self::default();

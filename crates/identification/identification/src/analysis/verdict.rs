@@ -1,35 +1,35 @@
-//! What a model is good for.
+//! The verdict: the model's suitability for use.
 
 use std::fmt;
 
 use planesman_wording::{option, setting};
 
-/// A held-out fit, %, from which a model is called very good.
+/// Above this held-out fit, %, a model is called very good.
 pub(super) const VERY_GOOD: f64 = 90.0;
-/// A held-out fit, %, from which a model is called good.
+/// Above this held-out fit, %, a model is called good.
 pub const GOOD: f64 = 80.0;
-/// A held-out fit, %, from which a model is called usable.
+/// Above this held-out fit, %, a model is called usable.
 pub const USABLE: f64 = 50.0;
 
 planesman_wording::choices! {
-    /// What may be done with a model.
+    /// Permitted use of a model.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Standing {
         /// It simulates well.
         Good = "good",
         /// It simulates.
         Usable = "usable",
-        /// It may be used by who knows what speaks against it.
+        /// The model may be used if the reasons against it are considered.
         UsableWithCare = "usable_with_care",
-        /// There is nothing to judge it on.
+        /// No data was available to validate the model.
         NotValidated = "not_validated",
-        /// It is not to be used.
+        /// The model must not be used.
         NotUsable = "not_usable",
     }
 }
 
 impl Standing {
-    /// The one of that name.
+    /// The standing with this name.
     #[must_use]
     pub fn of_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|it| it.name() == name)
@@ -39,7 +39,7 @@ impl Standing {
 /// What a model is good for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// The input accounts for too little of the output.
+    /// The input explains too little of the output.
     NoEffect,
     /// The record does not determine a model.
     Undetermined,
@@ -47,11 +47,11 @@ pub enum Verdict {
     Inseparable,
     /// There is nothing to judge it on.
     NotValidated,
-    /// It has few samples for its parameters.
+    /// The model has few samples for its number of parameters.
     FewSamples,
     /// The output drifts.
     Drift {
-        /// Whether it simulates well enough to be used with care.
+        /// Whether the model simulates well enough to be used with care.
         usable: bool,
     },
     /// The data seems closed-loop.
@@ -59,7 +59,7 @@ pub enum Verdict {
         /// Whether it simulates well enough to be used with care.
         usable: bool,
     },
-    /// The system is not linear, or changes in time.
+    /// The system is nonlinear or changes with time.
     NotLinear {
         /// Whether it simulates well enough to be used with care.
         usable: bool,
@@ -69,24 +69,24 @@ pub enum Verdict {
         /// Whether it simulates well enough to be used with care.
         usable: bool,
     },
-    /// No model could fit better than it does.
+    /// Noise prevents a better fit by any model.
     NoiseLimited {
-        /// Whether it simulates well for all that.
+        /// Whether the model nevertheless simulates well.
         good: bool,
     },
-    /// It does not simulate.
+    /// The model does not simulate the output.
     Unusable,
-    /// It does not hold all along the record.
+    /// The model does not fit all parts of the record.
     Unsteady,
     /// The times of the data are in doubt.
     TimeDoubtful,
-    /// A signal seems to be two things in turns.
+    /// A signal seems to mix two sources.
     Mixed,
-    /// The output seems to come before its input.
+    /// The output seems to precede its input.
     Early,
-    /// Its steady-state gain is not determined.
+    /// The steady-state gain is not determined.
     GainUndetermined,
-    /// The data does not determine every parameter of equations that were given.
+    /// The data does not determine every parameter of the user's equations.
     ParametersUndetermined,
     /// Dynamics are missing.
     DynamicsMissing,
@@ -96,7 +96,7 @@ pub enum Verdict {
     Good,
 }
 
-/// What is said of each verdict: what may be done with the model, the code, the verdict in a word.
+/// For each verdict: permitted use, code, and verdict text.
 macro_rules! verdicts {
     ($($verdict:ident $({ $field:ident: $value:literal })?: $standing:ident, $code:literal, $words:literal;)+) => {
         impl Verdict {
@@ -141,13 +141,13 @@ verdicts! {
 }
 
 impl Verdict {
-    /// What may be done with the model.
+    /// The permitted use of the model.
     #[must_use]
     pub const fn standing(self) -> Standing {
         self.row().0
     }
 
-    /// What the verdict names, as files and JSON have it; with [`standing`](Self::standing) it tells verdicts apart.
+    /// The verdict's code in files and JSON; code and [`standing`](Self::standing) together identify the verdict.
     #[must_use]
     pub const fn code(self) -> &'static str {
         self.row().1
@@ -159,14 +159,14 @@ impl Verdict {
         self.row().2
     }
 
-    /// The verdict of that code and standing.
+    /// The verdict with this code and standing.
     #[must_use]
     pub fn of(code: &str, standing: Standing) -> Option<Self> {
         let is_it = |it: &Self| it.code() == code && it.standing() == standing;
         Self::ALL.into_iter().find(is_it)
     }
 
-    /// What is next: `once_written`, where that is given and the model would be to write, else `otherwise`.
+    /// The next step: `once_written` if it is given and the verdict recommends writing the model, otherwise `otherwise`.
     pub(crate) fn next_once(
         self,
         once_written: Option<&str>,
@@ -178,7 +178,7 @@ impl Verdict {
         }
     }
 
-    /// Whether the model may be used, if with care.
+    /// Whether the model may be used, at least with care.
     #[must_use]
     pub const fn is_usable(self) -> bool {
         !matches!(
@@ -265,7 +265,7 @@ impl Verdict {
         }
     }
 
-    /// The sentence of a verdict with what to do next.
+    /// The verdict as a sentence, with the next step.
     #[must_use]
     pub fn text(self, next: impl fmt::Display) -> String {
         format!("verdict: {}. Next: {next}", self.words())

@@ -1,9 +1,8 @@
 //! Identifiability: whether the record determines all parameters.
 //!
-//! Three reasons why it may not, each reported with its numbers: an input that excites too few directions
-//! (one sinusoid excites two, Ljung 1999, sec. 13.2); an input that is feedback and nothing
-//! else (`u = -K y` makes rows of the regression depend on each other); rows that depend on each
-//! other for whatever reason, as those of too high an order on a clean record.
+//! Three reasons are reported, each with its numbers. First, an input that excites too few directions (one sinusoid excites two, Ljung 1999, sec.
+//! 13.2). Second, an input that is only feedback (`u = -K y` makes rows of the regression linearly dependent). Third, rows that are linearly
+//! dependent for another reason, such as too high an order for a noise-free record.
 
 use std::ops::Range;
 
@@ -14,43 +13,43 @@ use crate::estimators::regression;
 use crate::structure::{InitialState, Problem, extremes, variance};
 use planesman_record::Run;
 
-/// An input counts as exciting a direction when its singular value is above this share of the
-/// largest; noise of a thousandth of the input's size excites nothing.
+/// An input excites a direction if the singular value is above this share of the largest one; noise of a thousandth of the input's size excites
+/// nothing.
 const EXCITED: f64 = 1e-3;
-/// The share of the input's power that a controller leaves unexplained where neither plant nor loop is disturbed.
+/// Maximum share of the input's power that a controller leaves unexplained, if neither plant nor loop is disturbed.
 const UNEXPLAINED: f64 = 1e-12;
-/// The share of the input's innovations that the output leaves unexplained at most where the input is feedback alone: both are quantised; or, of one that
-/// works against the output, a sensor's noise is in the log only.
+/// Maximum share of the input's innovations that the output leaves unexplained if the input is only feedback: for quantised signals; and, for an
+/// input that acts against the output, with sensor noise that is only in the log.
 const FED: f64 = 0.05;
 const FED_AGAINST: f64 = 0.15;
-/// The share of the output's power that its past must leave unexplained for disturbances to have moved it.
+/// Disturbances count as moving the output if its past leaves at least this share of its power unexplained.
 const RENEWED: f64 = 0.05;
-/// The share of an input's power that its own past leaves where it is a sum of sines or a smooth curve.
+/// An input whose past leaves at most this share of its power unexplained is a sum of sines or a smooth curve.
 const DETERMINED: f64 = 1e-9;
-/// The F statistic of outputs from which an input follows them; one in 20 000 exceeds it by chance.
+/// F statistic above which the input counts as following the outputs; by chance it is exceeded once in 20 000 tests.
 const FOLLOWS: f64 = 8.0;
 const HALF: f64 = 0.5;
-/// The share of the output's power that its past leaves from which it is not clean.
+/// Above this unexplained share of its power, the output counts as noisy.
 const DISTURBED: f64 = 1e-5;
-/// Lags of both signals from which disturbances are told.
+/// Number of lags of both signals in the regressions that detect disturbances.
 const LAGS: usize = 20;
 /// Lags of a controller.
 const CONTROLLER_LAGS: usize = 3;
-/// Samples for each lag, and samples looked at.
+/// Minimum number of samples for each lag, and maximum number of samples used.
 const SAMPLES_PER_LAG: usize = 12;
 const SAMPLES: usize = 4000;
-/// A regression whose singular values, columns scaled alike, spread wider than this leaves directions
-/// to rounding and the smallest noise.
+/// If the singular values of a regression with equally scaled columns spread more than this, some directions contain only rounding error and the
+/// smallest noise.
 const SPREAD: f64 = 1e-8;
 
 /// A reason to distrust any model from the records.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Doubt {
-    /// The input's order of persistent excitation, and the parameters sought.
+    /// The input's order of persistent excitation, and the number of estimated parameters.
     Excitation(usize, usize),
-    /// A record whose input is feedback, counted from 1, where there are several; the share of the input's power that is not.
+    /// Number (from 1) of the record whose input is feedback, if there are several; and the share of the input's power that is not feedback.
     FeedbackAlone(Option<usize>, f64),
-    /// Parameters determined, of so many, and the ratio of the singular values.
+    /// Number of determined parameters, number of all parameters, and the ratio of the singular values.
     Rank(usize, usize, f64),
 }
 
@@ -93,7 +92,7 @@ pub fn doubts(problem: &Problem<'_>) -> Vec<Doubt> {
     })
 }
 
-/// Those that the inputs give, when so many parameters are sought from rows that may be deficient in rank.
+/// Doubts because of the inputs, for this many parameters and rows that may be rank-deficient.
 #[must_use]
 pub fn of_inputs(problem: &Problem<'_>, needed: usize, is_deficient: bool) -> Vec<Doubt> {
     let is_one = problem.runs.len() == 1;
@@ -113,7 +112,7 @@ pub fn of_inputs(problem: &Problem<'_>, needed: usize, is_deficient: bool) -> Ve
     doubts
 }
 
-/// That the rows of the regression depend on each other.
+/// Doubt because the rows of the regression are linearly dependent.
 fn of_rows(problem: &Problem<'_>) -> Option<Doubt> {
     let (mut phi, _) = regression(problem);
     for mut column in phi.column_iter_mut() {
@@ -131,7 +130,7 @@ fn of_rows(problem: &Problem<'_>) -> Option<Doubt> {
     (least <= SPREAD * largest).then(|| Doubt::Rank(known, phi.ncols(), least / largest))
 }
 
-/// Those of the triangle, for the matrix may be long; none of one with numbers that are not finite.
+/// Singular values of the triangular factor, since the matrix may be long; empty if it contains a number that is not finite.
 fn singular_values(matrix: &DMatrix<f64>) -> DVector<f64> {
     let nothing = DVector::zeros(matrix.nrows());
     let triangle = Triangle::new(matrix, &nothing);
@@ -141,7 +140,7 @@ fn singular_values(matrix: &DMatrix<f64>) -> DVector<f64> {
     )
 }
 
-/// Of how many samples' past the input is independent: its order of excitation, up to `most`.
+/// The input's order of persistent excitation, up to `most`: number of past samples of which it is linearly independent.
 #[must_use]
 pub fn excitation_order(inputs: &[f64], most: usize) -> usize {
     if inputs.len() < 2 * most || most == 0 {
@@ -157,16 +156,16 @@ pub fn excitation_order(inputs: &[f64], most: usize) -> usize {
     singular.iter().filter(|s| **s > EXCITED * largest).count()
 }
 
-/// Regressions of either signal on the past of both.
+/// Regressions of each signal on the past of both.
 struct Pasts<'a> {
     inputs: &'a [f64],
     outputs: &'a [f64],
-    /// Lags that the record has samples for.
+    /// Number of lags for which the record has enough samples.
     lags: usize,
 }
 
 impl<'a> Pasts<'a> {
-    /// `None` of a record that is too short.
+    /// `None` for a record that is too short.
     fn new(inputs: &'a [f64], outputs: &'a [f64]) -> Option<Self> {
         let from = inputs.len().saturating_sub(SAMPLES);
         let (inputs, outputs) = (&inputs[from..], &outputs[from..]);
@@ -178,7 +177,7 @@ impl<'a> Pasts<'a> {
         })
     }
 
-    /// Whether a controller of a disturbed output may have made the input: it has more than two levels and is not held.
+    /// Whether the input may come from a controller with a noisy output: the input has more than two values and is not held.
     fn may_be_fed(&self) -> bool {
         let inputs = self.inputs;
         let (least, largest) = extremes(inputs);
@@ -187,8 +186,8 @@ impl<'a> Pasts<'a> {
         !has_two_levels && 2 * moves >= inputs.len()
     }
 
-    /// A signal, at the samples from the first that has all lags on, on a constant and both signals at these lags; of samples at which
-    /// the input `moves` alone, where that is asked for.
+    /// Regression of a signal on a constant and both signals at these lags, for all samples at which all lags are known; optionally only for samples
+    /// at which the input moves (`moves`).
     fn regressed(
         &self,
         of: &[f64],
@@ -221,7 +220,7 @@ impl<'a> Pasts<'a> {
         })
     }
 
-    /// The share that is left alone.
+    /// Only the unexplained share.
     fn left(
         &self,
         of: &[f64],
@@ -233,7 +232,7 @@ impl<'a> Pasts<'a> {
         Some(found.left)
     }
 
-    /// The input on its own past and the outputs up to now, and the output on both pasts.
+    /// The input regressed on its own past and the outputs up to now, and the output regressed on both pasts.
     fn both(&self) -> Option<Both> {
         let own = 1..self.lags + 1;
         Some(Both {
@@ -242,7 +241,7 @@ impl<'a> Pasts<'a> {
         })
     }
 
-    /// What a linear controller, `u_k` of `y_k ... y_(k-3)` and `u_(k-1) ... u_(k-3)`, leaves of the input.
+    /// The part of the input that a linear controller does not explain, with `u_k` from `y_k ... y_(k-3)` and `u_(k-1) ... u_(k-3)`.
     fn feedback(&self) -> Option<Feedback> {
         let (inputs, lags) = (self.inputs, CONTROLLER_LAGS);
         let own = self.left(inputs, 1..lags + 1, 0..0, true)?;
@@ -256,44 +255,44 @@ impl<'a> Pasts<'a> {
     }
 }
 
-/// What a controller leaves of an input.
+/// The part of an input that a controller does not explain.
 struct Feedback {
-    /// The share of the input's power that it leaves unexplained.
+    /// The share of the input's power that is unexplained.
     unexplained: f64,
-    /// The same of what the input's own past leaves.
+    /// The unexplained share of the input's innovations (the part that its own past does not explain).
     of_innovations: f64,
-    /// The share of the output's power that the past of both signals leaves.
+    /// The share of the output's power that the past of both signals does not explain.
     renewed: f64,
-    /// Whether it works against the output.
+    /// Whether the input acts against the output.
     is_against: bool,
 }
 
-/// What a regression on both signals finds.
+/// Results of a regression on both signals.
 struct Regressed {
-    /// The share of the power that it leaves.
+    /// The unexplained share of the power.
     left: f64,
     /// The sums of the coefficients.
     by_inputs: f64,
     by_outputs: f64,
 }
 
-/// What moves either signal.
+/// Regressions of the input and of the output on both signals.
 struct Both {
     input: Regressed,
     output: Regressed,
 }
 
 impl Both {
-    /// Whether the outputs move the input against what the input does to the output, as a controller does. An input that is logged with
-    /// noise, or a plant that answers at once, has the signs alike.
+    /// Whether the outputs move the input in the opposite direction to the input's own effect, as a controller does. If the input is logged with
+    /// noise, or the plant responds at once, both signs are equal.
     fn is_against(&self) -> bool {
         self.input.by_outputs * self.output.by_inputs < 0.0
     }
 }
 
 impl Feedback {
-    /// Whether nothing but the output moves the input. A smooth input without noise is made up by its output as well, but then
-    /// disturbances move neither; where nothing does, the rows tell.
+    /// Whether the input is moved only by the output. The output also explains a smooth input without noise, but then disturbances move neither
+    /// signal; without disturbances the rank of the regression decides.
     fn is_alone(&self, is_deficient: bool) -> bool {
         let most = if self.is_against { FED_AGAINST } else { FED };
         let is_disturbed = self.renewed > RENEWED && self.of_innovations < most;
@@ -306,15 +305,15 @@ impl Feedback {
 pub enum Following {
     /// It does not.
     No,
-    /// An input of two levels, or one that is held, seems to: a clean output knows how long it has been so.
+    /// An input with two values, or a held input, only seems to follow: a noise-free output shows how long the input has been constant.
     Seems,
-    /// It does, as in a loop.
+    /// The input follows the output, as in a closed loop.
     Yes,
 }
 
 /// Whether the input of a run follows its output: whether outputs predict it beyond its own past (Granger, *Econometrica* 37, 1969).
-/// They must work against what the input does. An output of the same instant counts where it makes up less than half of what is new in
-/// the input: else the plant may answer at once.
+/// The predicted part must act against the input's own effect. An output of the same instant counts only if it explains less than half of the input's
+/// innovation: otherwise the plant may respond at once.
 #[must_use]
 pub fn following(run: &Run<'_>) -> Following {
     let of = |pasts: Pasts<'_>| {

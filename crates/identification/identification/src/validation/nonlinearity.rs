@@ -1,20 +1,20 @@
-//! What a linear, steady model leaves that another would not: tests of the simulated error by Lagrange multipliers (Billings and Voon,
-//! *Int. J. Control* 44, 1986).
+//! Tests whether a nonlinear or time-varying model would explain the error of a linear, constant model: tests of the simulated error by Lagrange
+//! multipliers (Billings and Voon, *Int. J. Control* 44, 1986).
 //!
-//! The error is whitened, and regressed on the slopes of the linear model with room for two more poles and some more zeros:
-//! what is left, no linear model near this one explains. Against that stands what it gains to let the fitted dynamics be driven by, or
-//! end in,
+//! The error is whitened, and regressed on the derivatives of the linear model, extended by two poles and several zeros: no linear model near this
+//! one explains the rest. This is compared with the gain from driving the fitted dynamics by one of these terms, or from adding the term to their
+//! output:
 //! ```text
-//! c1 max(u - w1, 0) + c2 max(u - w2, 0)      a curve in front: dead zone, saturation, a gain that changes with the input
+//! c1 max(u - w1, 0) + c2 max(u - w2, 0)      a curve of the input: dead zone, saturation, a gain that changes with the input
 //! c u |u|                                    a square law, as a thruster's
-//! c play(u; w), c play(y; w)                 backlash in front and behind
-//! c1 max(y - w1, 0) + c2 max(y - w2, 0)      a curve behind: the limit of a sensor or a stroke
+//! c play(u; w), c play(y; w)                 backlash of input and output
+//! c1 max(y - w1, 0) + c2 max(y - w2, 0)      a curve of the output: limit of a sensor or a stroke
 //! c y |y|, c sign(dy)                        drag, dry friction
 //! c1 u [t > t1] + c2 u [t > t2]              a gain that changes in time
 //! c1 [t > t1] + c2 [t > t2] + ...            steps of an input that is not recorded
 //! ```
-//! The one with the least Bayesian criterion counts if it is significant (F test), helps in blocks that were left out, and
-//! takes away a good part of the simulated error. Where none does, the whitened error is asked whether it is larger for a while.
+//! The term with the lowest Bayesian criterion counts if it is significant (F test), improves the fit in blocks that were left out, and explains a
+//! good part of the simulated error. If no term counts, the whitened error is tested for an interval in which it is larger.
 
 use std::ops::Range;
 
@@ -27,78 +27,78 @@ use crate::structure::range;
 use crate::validation::identifiability::{Following, following};
 use planesman_record::{LONGEST_PAST, Run, filter};
 
-/// Samples tested at most, the last of a record.
+/// Maximum number of samples tested, at the end of a record.
 const TESTED: usize = 4000;
-/// Poles and zeros by which the linear model may grow, and samples by which its delay may shrink.
+/// Number of poles and zeros added to the linear model, and of samples by which its delay may shrink.
 const MORE_POLES: usize = 2;
 const MORE_ZEROS: usize = 4;
 const LESS_DELAY: i64 = 2;
-/// Levels at which a curve may bend, and widths of a backlash.
+/// Number of breakpoints tried for a curve, and of widths tried for a backlash.
 const BENDS: usize = 19;
 const WIDTHS: usize = 12;
-/// Times at which the gain may change.
+/// Number of times at which the gain may change.
 const GAIN_TIMES: usize = 19;
-/// Times at which an input that is not recorded may step, with so many samples between two at least; steps at most.
+/// Number of times at which an unrecorded input may step, minimum number of samples between two steps, and maximum number of steps.
 const STEP_TIMES: usize = 199;
 const BETWEEN_STEPS: usize = 5;
 const STEPS: usize = 12;
-/// The F of a term, times its columns, from which it is significant: a sum of two squares exceeds it by chance in 3e-7 of all cases, and
-/// some 600 are tried.
+/// A term is significant if its F, times its number of columns, is above this value: a sum of two squares exceeds it by chance in 3e-7 of all cases,
+/// and about 600 terms are tried.
 const SIGNIFICANT: f64 = 30.0;
-/// The F of each further step.
+/// The required F of each further step.
 const NEXT_STEP: f64 = 30.0;
-/// The share of the simulated error's squares that a term must take away: of linear plants in coloured noise, and in loops, significant
-/// terms but steps took 0.04 at most (111 records whose fit lay below the noise).
+/// Minimum share of the squared simulated error that a term must explain. In linear plants with coloured noise, and in loops, significant terms
+/// except steps explained at most 0.04 (111 records whose fit was below the noise).
 const MATTERS: f64 = 0.1;
-/// The same of steps: a force at random has such a one as well.
+/// The same for steps, because a random force also contains apparent steps.
 const STEPS_MATTER: f64 = 0.25;
-/// Lags of the difference equation beside which a term must predict, and of the term; the F from which it does.
+/// Number of lags of the difference equation that a term must improve, number of lags of the term, and the required F.
 const PREDICTED_FROM: usize = 11;
 const TERM_LAGS: usize = 2;
 const PREDICTS: f64 = 10.0;
-/// The share of the whitened error's squares that a larger linear model must leave.
+/// Minimum share of the squared whitened error that a larger linear model must leave.
 const NOT_LINEAR: f64 = 0.5;
-/// Blocks of the cross-validation, and those in which a term must help.
+/// Number of blocks in the cross-validation, and number of blocks in which a term must help.
 const BLOCKS: usize = 5;
 const HELPED: usize = 4;
-/// Samples for each column at least.
+/// Minimum number of samples per column.
 const SAMPLES_PER_COLUMN: usize = 4;
-/// What is left of a column that others make up, and the determinant of correlations below which columns are alike.
+/// Maximum remaining share of a column that other columns explain, and the determinant of correlations below which columns count as alike.
 const NOTHING: f64 = 1e-5;
 const ALIKE: f64 = 1e-6;
-/// A slope below this share of the largest is none; slopes that differ by less than the other are one.
+/// A slope below this share of the largest counts as 0; slopes that differ by less than the second value count as equal.
 const FLAT: f64 = 0.25;
 const SAME: f64 = 0.35;
-/// Parts of the run among which one, or several in a row, may have a larger error: by how many times, with how many standard deviations, in what
-/// share of the run at most.
+/// Number of parts of the run, of which one or several in a row may have a larger error: required factor, required number of standard deviations, and
+/// maximum share of the run.
 const PARTS: usize = 20;
 const LARGER: f64 = 4.0;
 const SURELY: f64 = 6.0;
 const A_WHILE: usize = PARTS / 3;
 
-/// What the error of a linear model points to. Levels are in the signal's unit, times are samples of the run.
+/// The cause of a linear model's error. Breakpoints are in the signal's unit, times are samples of the run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cause {
-    /// A static curve of the input, in front of the dynamics.
+    /// A static curve of the input, before the dynamics.
     Input(StaticCurve),
-    /// A static curve of the output, behind the dynamics.
+    /// A static curve of the output, after the dynamics.
     Output(StaticCurve),
     /// Damping that grows with the square of the output.
     Drag,
     /// Damping that does not grow with the output's rate.
     Friction,
-    /// The gain is another from one of these times to the next: how many times that before the first.
+    /// The gain changes at each of these times; each factor is relative to the gain before the first.
     Gain(Vec<(usize, f64)>),
-    /// Something else steps at these times.
+    /// An unrecorded input steps at these times.
     Steps(Vec<usize>),
-    /// Something else oscillates, rad per sample.
+    /// An unrecorded input oscillates, rad per sample.
     Oscillation(f64),
-    /// The error is so many times larger from one time to another.
+    /// The error is larger by this factor between two times.
     While(usize, usize, f64),
 }
 
 impl Cause {
-    /// Whether something that is not recorded acts, and not the plant.
+    /// Whether the cause is an unrecorded input, and not the plant.
     #[must_use]
     pub const fn is_disturbance(&self) -> bool {
         matches!(
@@ -108,24 +108,23 @@ impl Cause {
     }
 }
 
-/// A cause, and how sure it is.
+/// A cause and its significance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
     /// What it is.
     pub cause: Cause,
-    /// The share of the simulated error's squares that it accounts for, 0 to 1, and F; `None` of [`Cause::While`] and
-    /// [`Cause::Oscillation`].
+    /// The share of the squared simulated error that the cause explains, 0 to 1, and F; `None` for [`Cause::While`] and [`Cause::Oscillation`].
     pub gain: Option<(f64, f64)>,
 }
 
-/// A term beside the linear model.
+/// A term added to the linear model.
 struct Term {
-    /// The numbers of its columns.
+    /// The indices of the term's columns.
     columns: Vec<usize>,
     kind: Kind,
 }
 
-/// The kind of a term, with levels or times.
+/// The kind of a term, with its breakpoints or times.
 #[derive(Clone)]
 enum Kind {
     Input(Vec<f64>),
@@ -135,8 +134,8 @@ enum Kind {
     Other(Cause),
 }
 
-/// What the simulated error of a run points to; `None` where linear dynamics and steady noise explain it, or the run is
-/// too short to tell. Of a long run the end counts, where the fit is judged.
+/// The cause of a run's simulated error; `None` if linear dynamics and stationary noise explain the error, or the run is too short. For a long run
+/// only the end is tested, because the fit is evaluated there.
 pub(crate) fn finding(estimate: &Estimate, number: usize, run: Run<'_>) -> Option<Finding> {
     let unknown = estimate.layout.structure.unknown(run.past.len());
     let count = run.outputs.len();
@@ -171,7 +170,7 @@ pub(crate) fn finding(estimate: &Estimate, number: usize, run: Run<'_>) -> Optio
     Some(found)
 }
 
-/// A run whose error is tested, from sample `first` on.
+/// A run whose error is tested from sample `first` on.
 struct Tested<'a> {
     estimate: &'a Estimate,
     number: usize,
@@ -243,8 +242,8 @@ impl Tested<'_> {
         })
     }
 
-    /// Whether a term predicts the output beyond a difference equation with a past of both signals. In a loop the simulated error is
-    /// correlated with the input, what predictions leave is not.
+    /// Whether a term improves the prediction of the output by a difference equation in both signals. In a closed loop the simulated error correlates
+    /// with the input, but prediction errors do not.
     fn predicts(&self, term: &Term, columns: &[Vec<f64>]) -> bool {
         let past = |signal: &[f64], from: usize| -> Vec<Vec<f64>> {
             let lags = from..PREDICTED_FROM;
@@ -282,19 +281,19 @@ impl Tested<'_> {
         through_poles(&self.a(), signal)
     }
 
-    /// A signal of the run so many samples later, of the samples that are tested.
+    /// A signal of the run, delayed by this many samples, at the tested samples.
     fn delayed(&self, signal: &[f64], by: i64) -> Vec<f64> {
         let at = |k: usize| signal.get(usize::try_from(k as i64 - by).ok()?).copied();
         let samples = self.first..self.run.outputs.len();
         samples.map(|k| at(k).unwrap_or_default()).collect()
     }
 
-    /// What a larger linear model may add.
+    /// Columns that a larger linear model may add.
     fn linear(&self) -> Vec<Vec<f64>> {
         [self.at_rest(), self.slopes()].concat()
     }
 
-    /// A constant, and free motions.
+    /// A constant, and columns of free motions.
     fn at_rest(&self) -> Vec<Vec<f64>> {
         let count = self.run.outputs.len();
         let free = self.through_poles(&impulse(self.first, count));
@@ -305,7 +304,7 @@ impl Tested<'_> {
             .collect()
     }
 
-    /// The slopes of a linear model that is larger than this one.
+    /// The derivatives of a linear model larger than the fitted one.
     fn slopes(&self) -> Vec<Vec<f64>> {
         let s = &self.estimate.layout.structure;
         let offset = self.estimate.offset(self.number);
@@ -320,7 +319,7 @@ impl Tested<'_> {
             .collect()
     }
 
-    /// What the fitted dynamics make of the input through a curve.
+    /// The response of the fitted dynamics to the input after a curve.
     fn in_front(&self, curve: impl FnOnce(&[f64]) -> Vec<f64>) -> Vec<f64> {
         let layout = &self.estimate.layout;
         let b = &self.estimate.theta.as_slice()[layout.b(self.number)];
@@ -330,7 +329,7 @@ impl Tested<'_> {
         filter(b, &[1.0], &self.through_poles(&driving)).split_off(self.first)
     }
 
-    /// The columns of all terms, and the terms.
+    /// The columns of all terms, and the terms themselves.
     fn terms(&self) -> (Vec<Vec<f64>>, Vec<Term>) {
         let (inputs, outputs) = (
             &self.run.inputs[self.first..],
@@ -411,7 +410,7 @@ impl Tested<'_> {
         (columns, terms)
     }
 
-    /// What a term says. A curve is read from the output.
+    /// What a term says. A curve's shape is estimated from the output.
     fn cause(&self, term: &Term, columns: &[Vec<f64>]) -> Option<Cause> {
         let slopes = |straight: Vec<f64>| {
             let own = term.columns.iter().map(|it| columns[*it].clone());
@@ -457,7 +456,7 @@ impl Tested<'_> {
     }
 }
 
-/// Terms of each place alone and of every two.
+/// Terms with each place alone, and with each pair of places.
 fn in_pairs<T: Clone>(
     columns: &mut Vec<Vec<f64>>,
     terms: &mut Vec<Term>,
@@ -481,7 +480,7 @@ fn in_pairs<T: Clone>(
     }
 }
 
-/// Steps in a row, each the one that takes away the most of what those before it leave.
+/// Successive steps; each explains the most of the remaining error.
 fn steps(terms: &[Term], left: &Left) -> Vec<Term> {
     let each: Vec<(usize, usize)> = (terms.iter())
         .filter_map(|term| match &term.kind {
@@ -515,7 +514,7 @@ fn steps(terms: &[Term], left: &Left) -> Vec<Term> {
     found
 }
 
-/// A curve from the levels at which it bends and the slopes below, between and above them.
+/// A curve from its breakpoints, and the slopes below, between and above them.
 fn curve_of(levels: &[f64], slopes: &[f64]) -> StaticCurve {
     let size = |largest: f64, it: &f64| {
         if it.abs() > largest.abs() {
@@ -550,12 +549,12 @@ fn curve_of(levels: &[f64], slopes: &[f64]) -> StaticCurve {
     }
 }
 
-/// What is left of an error, and of columns, when those of a linear model have taken their part.
+/// The remaining error and columns, after the part explained by a linear model has been removed.
 struct Left {
-    /// The error's squares before.
+    /// The squared error before.
     before: f64,
     error: Vec<f64>,
-    /// Those that the linear model makes up are empty.
+    /// Columns that the linear model explains are empty.
     columns: Vec<Vec<f64>>,
 }
 
@@ -581,8 +580,7 @@ impl Left {
         dot(&self.error, &self.error)
     }
 
-    /// The coefficients of columns by the samples but those `left_out`, and the squares left; `None` where they do not
-    /// determine them.
+    /// Coefficients of the columns from all samples except `left_out`, and the remaining squared error; `None` if the samples do not determine them.
     fn with(&self, columns: &[usize], left_out: Range<usize>) -> Option<(Vec<f64>, f64)> {
         let columns: Vec<&[f64]> = columns.iter().map(|it| &self.columns[*it][..]).collect();
         if columns.iter().any(|it| it.is_empty()) {
@@ -607,7 +605,7 @@ impl Left {
         Some((coefficients.iter().copied().collect(), left))
     }
 
-    /// F of columns, with so many degrees of freedom without them.
+    /// F of columns, with this many degrees of freedom without them.
     fn f(&self, columns: &[usize], freedom: f64) -> Option<f64> {
         let (_, squares) = self.with(columns, 0..0)?;
         let parameters = columns.len() as f64;
@@ -615,7 +613,7 @@ impl Left {
         Some(gained * (freedom - parameters) / squares.max(f64::MIN_POSITIVE))
     }
 
-    /// In how many blocks columns help with the coefficients of the others.
+    /// Number of blocks in which the columns help, with coefficients from the other blocks.
     fn helped(&self, columns: &[usize]) -> usize {
         let edge = |block: usize| block * self.error.len() / BLOCKS;
         let helps = |block: &usize| {
@@ -633,8 +631,8 @@ impl Left {
         (0..BLOCKS).filter(helps).count()
     }
 
-    /// The samples between which the error's squares are many times those elsewhere, and how many times; their own scatter
-    /// says how sure that is.
+    /// The samples between which the squared error is much larger than elsewhere, and the factor; the scatter of the squared errors determines the
+    /// significance.
     fn larger_for_a_while(&self) -> Option<(usize, usize, f64)> {
         let count = self.error.len();
         let edge = |part: usize| part * count / PARTS;
@@ -662,7 +660,7 @@ impl Left {
     }
 }
 
-/// What a basis, each of the length 1, leaves of a signal.
+/// The part of a signal that an orthonormal basis does not explain.
 fn without(basis: &[Vec<f64>], signal: &[f64]) -> Vec<f64> {
     let mut left = signal.to_vec();
     // Twice, against rounding.
@@ -675,14 +673,14 @@ fn without(basis: &[Vec<f64>], signal: &[f64]) -> Vec<f64> {
     left
 }
 
-/// The same; `None` where nothing is left.
+/// The same; `None` if nothing remains.
 fn beside(basis: &[Vec<f64>], signal: &[f64]) -> Option<Vec<f64>> {
     let left = without(basis, signal);
     let is_left = dot(&left, &left) > NOTHING * NOTHING * dot(signal, signal);
     is_left.then_some(left)
 }
 
-/// Levels with as many samples between each two.
+/// Values that divide the samples into parts of equal size.
 fn levels(signal: &[f64]) -> Vec<f64> {
     let mut sorted = signal.to_vec();
     sorted.sort_by(f64::total_cmp);

@@ -5,9 +5,8 @@
 //! R_eu(l) = 1/N sum e_k u_(k-l)                         independent of the input:
 //!           |R_eu(l)| < 2.58 sqrt(P / N),  P = sum_l R_e(l) R_u(l)
 //! ```
-//! the bounds of 99 %, the second of both signals through the filter that whitens the residual. Correlation with the input means that the model leaves dynamics out; colour
-//! alone means that the noise model is wrong, which spoils the standard errors of methods that
-//! take the noise for white, and nothing else.
+//! the bounds of 99 %, the second of both signals through the filter that whitens the residual. Correlation with the input means that the model lacks
+//! dynamics. Colour alone means only that the noise model is wrong; the standard errors are then wrong for methods that assume white noise.
 
 use serde::Serialize;
 
@@ -18,7 +17,7 @@ use planesman_record::filter;
 /// Lags looked at.
 const LAGS: usize = 20;
 
-/// Standard deviations that one value in 16 000 exceeds by chance.
+/// Number of standard deviations that one value in 16 000 exceeds by chance.
 const HARDLY_EVER: f64 = 4.0;
 
 /// One correlation function with its bound.
@@ -26,12 +25,12 @@ const HARDLY_EVER: f64 = 4.0;
 pub struct Correlation {
     /// Lag in samples and correlation, each between -1 and 1.
     pub values: Vec<(i64, f64)>,
-    /// The bound that 99 % of each value stay within when there is no relation.
+    /// Without a relation, each value stays within this bound with 99 % probability.
     pub bound: f64,
 }
 
 impl Correlation {
-    /// Lags outside the bound.
+    /// Number of lags outside the bound.
     #[must_use]
     pub fn outside(&self) -> usize {
         self.values
@@ -46,8 +45,8 @@ impl Correlation {
         self.values.iter().fold(0.0_f64, |m, (_, r)| m.max(r.abs()))
     }
 
-    /// Whether no more lags lie outside than chance puts there in 99 of 100 tests (the binomial
-    /// distribution of so many lags at 1 % each), and none so far that chance hardly ever does.
+    /// Whether no more lags are outside than chance causes in 99 of 100 tests (binomial distribution with 1 % for each lag), and none is so far
+    /// outside that chance hardly ever causes it.
     #[must_use]
     pub fn passes(&self) -> bool {
         if self.largest() > self.bound * HARDLY_EVER / SIGMAS_99 {
@@ -72,15 +71,14 @@ impl Correlation {
 /// The residual tests of a model.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ResidualTests {
-    /// Of the residual with itself, lags 1 to 20.
+    /// Correlation of the residual with itself, lags 1 to 20.
     pub whiteness: Correlation,
-    /// Of the residual with earlier (and, at negative lags, later) inputs, lags -20 to 20.
+    /// Correlation of the residual with earlier (and, at negative lags, later) inputs, lags -20 to 20.
     pub input: Correlation,
 }
 
 impl ResidualTests {
-    /// Of residuals and the inputs at the same samples; `None` for fewer than 3 lags' worth of
-    /// samples or no residual at all.
+    /// Tests residuals and the inputs at the same samples; `None` if there are too few samples for 3 lags, or no residual.
     #[must_use]
     pub fn new(residuals: &[f64], inputs: &[f64]) -> Option<Self> {
         let n = residuals.len().min(inputs.len());
@@ -140,7 +138,7 @@ impl ResidualTests {
         Some(Self { whiteness, input })
     }
 
-    /// What the residual should be, and the correlations that tell.
+    /// Each required property of the residual, with the correlations that test it.
     #[must_use]
     pub fn each(&self) -> [(&'static str, Correlation); 3] {
         [
@@ -150,24 +148,24 @@ impl ResidualTests {
         ]
     }
 
-    /// The lags at which an earlier input is still seen in the residual.
+    /// The lags at which the residual correlates with an earlier input.
     #[must_use]
     pub fn of_earlier_inputs(&self) -> Correlation {
         self.of_inputs_at(|lag| lag >= 0)
     }
 
-    /// The lags at which the residual is seen in a later input: feedback.
+    /// The lags at which the residual correlates with a later input, which means feedback.
     #[must_use]
     pub fn of_later_inputs(&self) -> Correlation {
         self.of_inputs_at(|lag| lag < 0)
     }
 
-    /// The same with inputs of the same instant.
+    /// The same, including inputs of the same instant.
     pub(crate) fn of_inputs_from_now(&self) -> Correlation {
         self.of_inputs_at(|lag| lag <= 0)
     }
 
-    /// The lags at which an input before this instant is still seen in the residual.
+    /// The lags at which the residual correlates with an input before this instant.
     pub(crate) fn of_inputs_before(&self) -> Correlation {
         self.of_inputs_at(|lag| lag > 0)
     }
