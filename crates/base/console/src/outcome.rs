@@ -26,7 +26,7 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// An output that begins with this answer of one or more sentences.
+    /// An output whose answer consists of one or more sentences.
     #[must_use]
     pub fn new(answer: impl Display) -> Self {
         Self::default().numbers(answer)

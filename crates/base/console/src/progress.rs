@@ -220,7 +220,7 @@ pub fn on_all_cores<T: Sync, R: Send>(
     results
 }
 
-/// Ends the program once its standard output has no reader any more, as with `| head`. Only for commands without other effects.
+/// Ends the program once nobody reads its standard output any more, for example after `| head`. Only for commands without other effects.
 pub fn end_with_reader() {
     // Without a thread the program goes on to its end.
     let _ = std::thread::Builder::new().spawn(|| {

@@ -196,8 +196,8 @@ pub fn phase_margins(
         .collect()
 }
 
-/// The largest `|S| = |1 / (1 + L)|` between the points of an open loop's response, and its frequency (rad/s). Its inverse is the distance of
-/// the Nyquist plot from -1.
+/// The largest `|S| = |1 / (1 + L)|` between the points of an open loop's response, and its frequency (rad/s). The inverse of the peak is the
+/// distance of the Nyquist plot from -1.
 #[must_use]
 pub fn sensitivity_peak(
     response: &[(f64, Complex<f64>)],
@@ -254,7 +254,7 @@ fn crossings(
     found
 }
 
-/// Argument of -L, in `(-pi, pi]`: that of L plus pi.
+/// Argument of -L, in `(-pi, pi\]`: the argument of L plus pi.
 fn margin_of(value: Complex<f64>) -> f64 {
     let (sin, cos) = libm::sincos(value.argument());
     libm::atan2(-sin, -cos)

@@ -31,8 +31,8 @@ pub fn is_sampling_artefact(z: Complex<f64>) -> bool {
     z.ln().modulus() >= (1.0 - 1e-9) * std::f64::consts::PI
 }
 
-/// Order of poles in s, slowest first: the largest real part first, of a pair the one with positive imaginary part. The first one is the
-/// dominant pole.
+/// Order of poles in s, slowest first: by decreasing real part; within a complex pair the pole with positive imaginary part comes first. The first
+/// one is the dominant pole.
 #[must_use]
 pub fn by_decay(a: &Complex<f64>, b: &Complex<f64>) -> Ordering {
     b.re.total_cmp(&a.re).then(b.im.total_cmp(&a.im))

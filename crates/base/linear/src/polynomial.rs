@@ -50,7 +50,7 @@ pub fn product(a: &[f64], b: &[f64]) -> Vec<f64> {
     product
 }
 
-/// Coefficients of the sum, as many as in the longer list.
+/// Coefficients of the sum of two polynomials, as many as in the longer list.
 #[must_use]
 pub fn sum(a: &[f64], b: &[f64]) -> Vec<f64> {
     let (longer, shorter) = if a.len() >= b.len() { (a, b) } else { (b, a) };
@@ -62,7 +62,8 @@ pub fn sum(a: &[f64], b: &[f64]) -> Vec<f64> {
     sum
 }
 
-/// Roots of the polynomial, largest real part first; of conjugate roots the one with positive imaginary part first. A constant has no roots.
+/// Roots of the polynomial, sorted by decreasing real part; within a complex pair the root with positive imaginary part comes first. A constant has
+/// no roots.
 ///
 /// ```
 /// use planesman_linear::{Complex, polynomial::roots};

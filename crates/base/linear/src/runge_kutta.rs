@@ -10,8 +10,8 @@
 
 use std::ops::{Add, Mul};
 
-/// One step of length `h` of `y' = f(s, y)`, for numbers or for vectors of numbers. `s`: further inputs of `f` at the beginning, in the middle and
-/// at the end of the step; `[&(); 3]` without any.
+/// One step of length `h` of `y' = f(s, y)`, for numbers or for vectors of numbers. `s`: further inputs of `f` at the beginning, middle and end of
+/// the step; `[&(); 3]` if there are none.
 #[inline(always)]
 pub fn runge_kutta_step<S, T, const N: usize>(
     y: &[T; N],

@@ -5,8 +5,7 @@
 //! discrete    x_(k+1) = A x_k + B u_k    y = C x + D u
 //! ```
 //!
-//! The matrices do not tell whether a system is continuous or discrete; functions that depend on it take a [`Domain`] or document what they
-//! expect.
+//! The matrices do not show whether a system is continuous or discrete; functions that depend on this take a [`Domain`] or document what they expect.
 
 use crate::ComplexFunctions as _;
 use nalgebra::{Complex, DMatrix};
@@ -97,7 +96,7 @@ impl StateSpace {
         })
     }
 
-    /// The poles: eigenvalues of `A`, in the order of [`polynomial::roots`](crate::polynomial::roots), including those that cancel with zeros.
+    /// The poles: eigenvalues of `A`, in the order of [`polynomial::roots`](crate::polynomial::roots), including poles that cancel with zeros.
     ///
     /// # Errors
     /// Those of [`eigenvalues`].
@@ -112,7 +111,7 @@ impl StateSpace {
     /// ```text
     /// u = -(c A^(r+1) / (c A^r b)) x,    the eigenvalues of A - b c A^(r+1) / (c A^r b)
     /// ```
-    /// Of these eigenvalues `r + 1` are 0 and not zeros. Zeros at 0 of a discrete system are left out with them.
+    /// Of these eigenvalues `r + 1` are 0 and not zeros. For a discrete system, zeros at 0 are left out together with these poles.
     ///
     /// # Errors
     /// [`Error::Shape`] for other systems, the errors of [`eigenvalues`].

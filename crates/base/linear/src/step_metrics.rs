@@ -1,6 +1,6 @@
 //! Metrics of a step response.
 //!
-//! The step goes `from` one level `to` another at the first sample. The response is scaled so that `from` is 0 and `to` is 1, for steps in either
+//! The step goes from one value to another at the first sample. The response is scaled so that `from` is 0 and `to` is 1, for steps in either
 //! direction:
 //!
 //! - **rise time**: from first reaching 10 % to first reaching 90 %;
@@ -22,7 +22,7 @@ const STEADY_SHARE: f64 = 0.1;
 pub struct StepMetrics {
     /// Time from 10 % to 90 %, in the unit of the times; `None` if 90 % is not reached.
     pub rise_time: Option<f64>,
-    /// Overshoot in percent of the step; 0 if the new level is not passed.
+    /// Overshoot in percent of the step; 0 if the response does not pass the new value.
     pub overshoot: f64,
     /// Settling time to 2 % of the step; `None` if the record ends outside the band.
     pub settling_time: Option<f64>,
@@ -35,7 +35,7 @@ pub struct StepMetrics {
 }
 
 impl StepMetrics {
-    /// Metrics of `values` at `times`, for a step `from` one level `to` another at `times[0]`.
+    /// Metrics of `values` at `times`, for a step from one value to another at `times[0]`.
     ///
     /// ```
     /// # use planesman_linear::StepMetrics;
@@ -92,7 +92,7 @@ struct Sample {
     scaled: f64,
 }
 
-/// A band about the new level.
+/// A band about the new value.
 #[derive(Clone, Copy, Debug)]
 struct Band {
     half_width: f64,
@@ -101,8 +101,8 @@ struct Band {
 }
 
 impl StepMeter {
-    /// A meter for a step `from` one level `to` another at the first sample of a record whose last sample is at `end`; the end determines the last
-    /// tenth in advance.
+    /// A meter for a step from one value to another at the first sample of a record whose last sample is at `end`; the end must be known in advance,
+    /// because the last tenth of the record is evaluated.
     ///
     /// # Errors
     /// [`Error::NotFinite`], [`Error::NotPositive`] if the step is zero.

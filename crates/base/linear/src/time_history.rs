@@ -1,13 +1,13 @@
 //! Time history of a quantity, reduced to the resolution of a plot.
 //!
-//! At most [`COLUMNS`] columns of equal width are kept, whatever the length; for each the first, smallest, largest and last point. A line through
-//! them covers the same pixels as the line through all points if a column is at most one pixel wide (Jugel et al., *M4*, VLDB 2014). A short
+//! At most [`COLUMNS`] columns of equal width are stored, whatever the length; each column stores its first, smallest, largest and last point. A line
+//! through them covers the same pixels as the line through all points if a column is at most one pixel wide (Jugel et al., *M4*, VLDB 2014). A short
 //! history is kept unchanged. When there are too many columns, their width doubles.
 
-/// Maximum number of columns: those of a plot as wide as a large window; at least half of them are in use.
+/// Maximum number of columns, for a plot as wide as a large window; at least half of them are in use.
 pub const COLUMNS: usize = 2048;
 
-/// The kept points of one column, in the order of x.
+/// The stored points of one column, in the order of x.
 #[derive(Clone, Copy, Debug)]
 struct Column {
     first: Point,

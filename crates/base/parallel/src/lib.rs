@@ -1,6 +1,6 @@
 #![doc = include_str!("../README.md")]
 //!
-//! A search takes seconds to hours, and its caller may want to cancel it. So long loops call [`stop_point`]: once their [`Stop`] is requested, it
+//! A search takes seconds to hours, and its caller may want to cancel it. So long loops call [`stop_point`]: after a [`Stop`] has been requested, it
 //! unwinds to [`until_stopped`], which drops all unfinished results. Without a [`Stop`] it does nothing.
 
 use std::cell::RefCell;
@@ -23,7 +23,7 @@ impl Stop {
 
 /// Receiver of progress reports of long work. `()` ignores them.
 pub trait Progress: Sync {
-    /// Work of `steps` steps begins, `done` of which were done before; 0 steps if the number is unknown.
+    /// Work of `steps` steps begins; `done` of them were done before; 0 steps if the number is unknown.
     fn begin(&self, _what: &'static str, _steps: u64, _done: u64) {}
     /// A step is done.
     fn step(&self) {}

@@ -1,8 +1,8 @@
 //! Parses foreign YAML of limited depth and size.
 //!
 //! The parser's time grows with the square of the nesting depth of braces and brackets and of the number of declared tags, and it expands aliases
-//! wherever they occur: a file of a megabyte could take minutes, or all memory. So the text is first checked by a scanner without these
-//! problems, and refused if it exceeds limits that handwritten files never reach.
+//! wherever they occur: a file of a megabyte could take minutes, or all memory. So a scanner without these problems first checks the text, and
+//! refuses texts beyond limits that handwritten files never reach.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;

@@ -62,7 +62,7 @@ impl Quantity {
         self.si_or(dimension, &[])
     }
 
-    /// The value in SI; `further` units are accepted besides those of the dimension.
+    /// The value in SI; accepts the `further` units in addition to those of the dimension.
     ///
     /// # Errors
     /// Those of [`si`](Self::si).

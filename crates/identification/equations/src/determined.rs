@@ -1,4 +1,4 @@
-//! Parameters that the data does not determine: directions in which no output changes, and combinations that are still known.
+//! Finds parameters that the data does not determine: directions in which no output changes, and combinations that are nevertheless known.
 //!
 //! A direction is a null vector of the slopes. If only `K/J` occurs in the equations, K and J may grow together: the direction is
 //! `dK/K = dJ/J`, and `K/J` is constant along it. A trial step along the direction shows whether products or sums are constant.
@@ -19,9 +19,9 @@ const SINGULAR: f64 = 1e-7;
 const PART: f64 = 1e-3;
 /// The length of the trial step along a direction, relative to the parameters.
 const STEP: f64 = 0.05;
-/// A combination counts as constant if it changes by at most this share of what one parameter alone would cause.
+/// A combination counts as constant if its change is at most this share of the change that one parameter alone would cause.
 const CONSTANT: f64 = 0.01;
-/// Exponents this near to a whole number are rounded to it.
+/// Exponents this close to a whole number are rounded to it.
 const WHOLE: f64 = 1e-3;
 
 /// Parameters that the data does not determine.
@@ -29,7 +29,7 @@ const WHOLE: f64 = 1e-3;
 pub struct Undetermined {
     /// Their names.
     pub names: Vec<String>,
-    /// Combinations that the data does determine, each with value and standard deviation; empty if none is known.
+    /// Combinations that the data determines, each with value and standard deviation; empty if there are none.
     pub kept: Vec<(String, f64, f64)>,
 }
 
@@ -56,7 +56,7 @@ impl fmt::Display for Undetermined {
     }
 }
 
-/// A direction: the parameters in it, each with its relative change.
+/// A direction in parameter space: the parameters involved, each with its relative change.
 type Direction = Vec<(usize, f64)>;
 
 /// The information of the data about each parameter at the minimum.

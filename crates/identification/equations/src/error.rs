@@ -19,7 +19,7 @@ pub enum EquationsError {
     Entry {
         /// The place of the entry: `states: x2: derivative`.
         entry: String,
-        /// The reason, and what is allowed.
+        /// The reason, and the allowed values.
         reason: String,
     },
     /// The model is not finite at the start of the search.

@@ -6,9 +6,9 @@
 //! min max atan2                                                      of two
 //! deadzone(x, lo, hi) = x - saturate(x, lo, hi),   saturate(x, lo, hi) = min(max(x, lo), hi)
 //! ```
-//! All expressions of a model are on one tape, each operation after its operands. The tape is evaluated once; the slopes of one result by
-//! all variables follow backwards (reverse mode; Griewank and Walther, *Evaluating Derivatives*, 2nd ed. 2008, ch. 3). At a corner, as of
-//! `abs` at 0, the slope is the one-sided slope.
+//! All expressions of a model are on one tape, each operation after its operands. The tape is evaluated once; the derivatives of one result with
+//! respect to all variables are computed backwards (reverse mode; Griewank and Walther, *Evaluating Derivatives*, 2nd ed. 2008, ch. 3). At a corner
+//! (for example of `abs` at 0) the derivative is one-sided.
 
 /// Maximum nesting depth of parentheses and calls.
 pub(crate) const DEPTH: usize = 64;
@@ -79,7 +79,7 @@ const BINARY: [(&str, Binary); 3] = [
     ("max", Binary::Max),
     ("atan2", Binary::Atan2),
 ];
-/// Functions of three arguments, built from those of two.
+/// Functions of three arguments, built from functions of two.
 const TERNARY: [&str; 2] = ["deadzone", "saturate"];
 
 /// Whether a name is that of a function, or pi.

@@ -51,14 +51,14 @@ pub struct EquationsFile {
 pub struct Output {
     /// Its equation.
     pub equation: String,
-    /// Its signal of the data; by default the output's name.
+    /// Name of the output's signal in the data; by default the output's own name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub signal: Option<String>,
     /// Standard deviation of the measurement's noise, output unit, by which outputs are weighted. Without it the residuals of each output
     /// are used.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise: Option<f64>,
-    /// Its unit, for people.
+    /// Unit of the output, for display only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
 }

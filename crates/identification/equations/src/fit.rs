@@ -23,7 +23,7 @@ const WEIGHINGS: usize = 4;
 pub(crate) const FITTED: f64 = 0.7;
 /// Searches whose final costs are this near have found the same minimum.
 const SAME: f64 = 1e-3;
-/// If the residual exceeds the given noise by this factor, a message says so.
+/// A message is printed if the residual exceeds the given noise by this factor.
 const MORE_THAN_NOISE: f64 = 1.5;
 /// If the residual is at least this share of an output's motion, the output is reported to be within the noise.
 const WITHIN_NOISE: f64 = 0.9;
@@ -37,9 +37,9 @@ pub struct EstimatedParameter {
     pub unknown: Unknown,
     /// Its value.
     pub value: f64,
-    /// Its standard deviation; `None` if the data does not determine it, or it is at a bound.
+    /// The parameter's standard deviation; `None` if the data does not determine the parameter, or the parameter is at a bound.
     pub deviation: Option<f64>,
-    /// Whether it is at one of its bounds.
+    /// Whether the parameter is at one of its bounds.
     pub is_at_bound: bool,
 }
 

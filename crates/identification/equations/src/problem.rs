@@ -13,16 +13,16 @@ const SEARCH: Search = Search {
     enough: 1e-10,
     radius: f64::INFINITY,
 };
-/// Number of points between the bounds, of which the best are starts.
+/// Number of points between the bounds; the best of them are used as start values.
 const POINTS: usize = 64;
 const STARTS: usize = 4;
 /// Growing parts of the runs for a search.
 const GROWTH: [f64; 3] = [0.04, 0.12, 0.35];
 
-/// A parameter this near to a bound, relative to the range, is at it.
+/// A parameter counts as at its bound if its distance, relative to the range, is below this value.
 const AT_BOUND: f64 = 1e-9;
 
-/// An output's errors by run, output unit, and its slopes, those of all runs one below the other.
+/// An output's errors by run, in the output's unit, and their derivatives, with the runs stacked.
 pub(crate) type OutputErrors = (Vec<Vec<f64>>, DMatrix<f64>);
 
 /// The equations on the runs.
@@ -155,8 +155,8 @@ impl<'a> Problem<'a> {
         least(start, SEARCH, &|theta| self.total(theta), &within)
     }
 
-    /// Improves a start on growing parts of each run. Over a short time a simulation within half a period of the output converges to it;
-    /// over a long time it need not.
+    /// Improves a start on growing parts of each run. Over a short time, a simulation within half a period of the output converges to it; over a long
+    /// time convergence is not certain.
     pub(crate) fn grown(&self, start: &DVector<f64>) -> Option<DVector<f64>> {
         let mut theta = start.clone();
         for share in GROWTH {

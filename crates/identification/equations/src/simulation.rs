@@ -3,9 +3,9 @@
 //! ```text
 //! x_dot = f,   S_dot = df/dx S + df/dp,   dy/dp = dh/dx S + dh/dp        S = dx/dp
 //! ```
-//! (Ljung, *System Identification*, 2nd ed. 1999, sec. 10.2; Hairer, Norsett and Wanner 1993, sec. I.14.) The method is that of Dormand and
-//! Prince of order 5 with an error estimate of order 4 (ibid., sec. II.5), which chooses the steps between two stamps by the states'
-//! errors. The sensitivities use the same steps, so they are the slopes of the computed values.
+//! (Ljung, *System Identification*, 2nd ed. 1999, sec. 10.2; Hairer, Norsett and Wanner 1993, sec. I.14.) The method is the method of order 5 by
+//! Dormand and Prince with an error estimate of order 4 (ibid., sec. II.5); it chooses the steps between two stamps by the states' errors. The
+//! sensitivities use the same steps, so they are the slopes of the computed values.
 
 use planesman_identification::stop_point;
 
@@ -51,7 +51,7 @@ const WEIGHTS: [[f64; 6]; 6] = [
         11.0 / 84.0,
     ],
 ];
-/// The result minus one of order 4: the weights of the six slopes and of the one at the end.
+/// The result minus the result of order 4: weights of the six slopes, and of the slope at the end.
 const ERROR: [f64; 7] = [
     71.0 / 57600.0,
     0.0,
@@ -192,7 +192,7 @@ impl Integrator<'_> {
             .evaluate(&self.variables, &mut self.numbers);
     }
 
-    /// `df/dx S + df/dp` of one result, after [`Self::put`].
+    /// `df/dx S + df/dp` for one result, after [`Self::put`].
     fn carried(&mut self, root: &crate::expression::Root, s: &[f64], to: &mut [f64]) {
         let (m, n) = (self.equations.inputs(), self.equations.states());
         let of_parameters = self.equations.parameters();

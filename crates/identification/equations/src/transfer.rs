@@ -21,7 +21,7 @@ use crate::error::EquationsError;
 use crate::fit::{FITTED, fit_of, informative, mean_square, verdict_text};
 use crate::simulation::{Between, Run};
 
-/// Orders tried if none is given.
+/// Orders tried if no order is given.
 const ORDERS: std::ops::RangeInclusive<usize> = 1..=4;
 /// A larger order is chosen if it improves the held-out fit by this much, %.
 const WORTH: f64 = 0.5;
@@ -138,7 +138,7 @@ impl TransferFit {
         )
     }
 
-    /// The poles, 1/s, slowest first, one of each pair.
+    /// The poles, 1/s, slowest first; one pole of each complex pair.
     ///
     /// # Errors
     /// If they cannot be computed.

@@ -29,9 +29,9 @@ pub struct CompareOptions {
     pub models: Vec<(PathBuf, ModelFile)>,
     /// The data.
     pub data: DataOptions,
-    /// The input signal; `None` for that of the models.
+    /// The input signal; `None` to use the models' input.
     pub input: Option<String>,
-    /// The output signal; `None` for that of the models.
+    /// The output signal; `None` to use the models' output.
     pub output: Option<String>,
     /// The grid; without a rate, the grid of the first model.
     pub grid: GridOptions,
@@ -224,8 +224,8 @@ impl Response {
     }
 }
 
-/// The response at frequencies from 1/3000 of the Nyquist frequency up to it. Frequencies are left out if the response is 0 there or has no
-/// bound.
+/// The response at frequencies from 1/3000 of the Nyquist frequency up to the Nyquist frequency. Frequencies are left out if the response is 0 there
+/// or has no bound.
 #[must_use]
 pub fn frequency_response(reading: &Reading<'_>, sample_time: f64) -> Vec<Response> {
     let nyquist = PI / sample_time;

@@ -55,7 +55,7 @@ pub enum Range {
 /// The type of an option's value.
 #[derive(Debug)]
 pub struct Kind {
-    /// Its name in Python.
+    /// The option's name in Python.
     python: &'static str,
     /// The allowed words; empty for other types.
     pub words: Vec<Word>,
@@ -74,7 +74,7 @@ pub enum Takes {
     Nothing,
     /// One.
     One,
-    /// One at each occurrence of the option.
+    /// One value for each occurrence of the option.
     Several,
 }
 
@@ -465,8 +465,8 @@ macro_rules! choices {
     )*};
 }
 
-/// Defines a struct of options. A field with a default is an option. Its doc comment is the help of all front ends, and after the default
-/// follow the fields of its [`Declaration`] that differ from the usual. A field without a default is a group of options, or a value that is
+/// Defines a struct of options. A field with a default is an option. The option's doc comment is the help text of all front ends. After the default
+/// follow the fields of its [`Declaration`] that differ from the usual values. A field without a default is a group of options, or a value that is
 /// not an option.
 macro_rules! options {
     (

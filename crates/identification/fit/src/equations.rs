@@ -25,7 +25,8 @@ pub struct EquationsResult {
 }
 
 /// Reads the data and fits the equations. Of the options, only the signals and the data with its windows are used. Each signal is
-/// `NAME=SIGNAL`, or `SIGNAL` for a single input or output. An unnamed signal is that of the file, or has the name of the input or output.
+/// `NAME=SIGNAL`, or `SIGNAL` for a single input or output. Signals that are not named are taken from the file, or have the name of the input or
+/// output.
 ///
 /// # Errors
 /// If the equations are invalid, a signal matches none of their names, an option does not apply to equations, or the data cannot be read.
@@ -62,7 +63,7 @@ pub fn fit_equations(
     Ok(EquationsResult { data, fit })
 }
 
-/// The signal for each name: the given one, that of the file, or the name itself.
+/// The signal for each name: the given signal, the file's signal, or the name itself.
 fn bound(
     option: &'static str,
     of: Vec<(String, Option<String>)>,

@@ -113,7 +113,7 @@ pub enum FitError {
     /// An option for one input and one output, with several.
     #[error("{} is for one input and one output; leave it out, or name one {} and one {}", option(.0), option("input"), option("output"))]
     OfOne(&'static str),
-    /// Several signals in a fit of one input and one output.
+    /// Several signals, but the fit is for one input and one output.
     #[error("several inputs or outputs are given: use fit_several")]
     Several,
     /// Equations that are invalid or cannot be fitted.
@@ -231,7 +231,7 @@ pub enum FitError {
     Judgement {
         /// The model.
         model: PathBuf,
-        /// Its sampling rate, Hz.
+        /// The record's sampling rate, Hz.
         rate: f64,
         /// Why.
         source: IdentificationError,
@@ -275,7 +275,7 @@ pub enum RuleError {
     /// The number of heave coefficients is not four.
     #[error("expected four numbers: NU,ZETA,ETA,EPSILON")]
     NotFour,
-    /// The text is not a pair of bounds; the second text says what is expected.
+    /// The text is not a pair of bounds; the second text describes what is expected.
     #[error("'{0}' {1}")]
     NotASpan(String, &'static str),
     /// The upper bound comes first.

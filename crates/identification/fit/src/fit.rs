@@ -32,7 +32,7 @@ const FASTER: f64 = 1.5;
 pub struct FitResult {
     /// The record, and how it was prepared.
     pub prepared: PreparedRecord,
-    /// The validation record, if given.
+    /// The validation record, if one was given.
     pub validation: Option<PreparedRecord>,
     /// The model with its uncertainty, tests and verdict.
     pub analysis: Analysis,

@@ -1,4 +1,4 @@
-//! Models from data, as a library: the computations of `planesman sysid` without command line and output.
+//! Identifies models from data: the computations of `planesman sysid` as a library, without command line and output.
 //!
 //! ```text
 //! FitOptions     -> fit     -> FitResult     CompareOptions -> compare -> Comparison

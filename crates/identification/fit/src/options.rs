@@ -465,7 +465,7 @@ impl FitOptions {
         self.check_values()
     }
 
-    /// Whether the output is at rest before the record: if the option says so, or if an input in words begins with it.
+    /// Whether the output is at rest before the record: because of the option, or because an input in words begins at rest.
     pub(crate) fn is_at_rest(&self) -> bool {
         let in_words = StepsInWords::read(&self.signals.input);
         let begins = matches!(in_words, Some(Ok(steps)) if steps.is_from_rest());
@@ -584,7 +584,7 @@ impl FitOptions {
         })
     }
 
-    /// The methods to try; those of the vehicle's equations only if the vehicle is known.
+    /// The methods to try; the methods for the vehicle's equations only if the vehicle is known.
     pub(crate) fn tried(&self) -> Vec<Method> {
         let of_vehicle = self.vehicle.heave.is_some() || self.vehicle.vehicle.is_some();
         let methods = Method::ALL.into_iter();

@@ -86,8 +86,8 @@ impl GridOptions {
         })
     }
 
-    /// The grid without a validation window, as a list of attempts; the first that finds samples is used: data before and after the window,
-    /// or one of the two.
+    /// Grids without the validation window, in order of preference: the first grid that finds samples is used. It covers the data before and after
+    /// the window, or one of the two.
     pub(crate) fn outside(&self, (from, to): Window) -> Result<Vec<Self>, FitError> {
         let windows = &self.window;
         if let Some(window) = windows.iter().find(|(a, b)| *a < to && from < *b) {
@@ -157,8 +157,8 @@ impl SignalOptions {
         self.record(&self.data, &self.grid, Expected::ANY, false, progress)
     }
 
-    /// Reads the signals of `data` as a record on `grid`: the input, then the reference if there is one. Each window of each source gives
-    /// one or more segments. If allowed and no rate is given, the record is decimated when it is sampled much faster than it moves.
+    /// Reads the signals of `data` as a record on `grid`: the input, and the reference if there is one. Each window of each source gives one or more
+    /// segments. If allowed and no rate is given, the record is decimated when it is sampled much faster than it moves.
     ///
     /// # Errors
     /// If the data cannot be read or lacks a signal, the signals have no common time, the grid is finer than the data, or the signals have

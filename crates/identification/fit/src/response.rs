@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 const COLUMNS: &str = "omega_rad_s,frequency_hz,magnitude_db,magnitude_deviation_db,phase_deg,phase_deviation_deg,coherence,averages,sigmas_95,\
                        used,model_magnitude_db,model_phase_deg";
 
-/// One row for each frequency, comma-separated, below the columns' names. Deviations are standard deviations; `sigmas_95` times a deviation
+/// Comma-separated table with one row for each frequency, below the column names. Deviations are standard deviations; `sigmas_95` times a deviation
 /// is half of a 95 % interval.
 pub(crate) fn table(fit: &FrequencyFit, sample_time: f64) -> String {
     let mut text = format!("{COLUMNS}\n");

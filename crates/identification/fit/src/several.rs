@@ -83,7 +83,7 @@ impl SeveralResult {
         })
     }
 
-    /// The same with a choice of what to show; the record's lines come with the first output.
+    /// The same with a choice of what to show; the lines about the record are printed with the first output.
     #[must_use]
     pub fn text_as(&self, shown: Shown<'_>) -> String {
         let texts = self.outputs.iter().enumerate().map(|(number, it)| {
@@ -133,7 +133,7 @@ impl SeveralResult {
         Ok(with_data(found, &self.prepared, self.validation.as_ref()))
     }
 
-    /// The models as a file for `sysid compare`: transfer functions, and a state space of all of them.
+    /// The models as a file for `sysid compare`: transfer functions, and a state space of the complete system.
     ///
     /// # Errors
     /// If poles or zeros cannot be computed.
@@ -283,7 +283,7 @@ pub struct SeveralComparison {
     pub models: Vec<SeveralCompared>,
 }
 
-/// A model on one of its outputs.
+/// A validated model of one output.
 #[derive(Clone, Debug)]
 pub struct SeveralCompared {
     /// The model's name in the tables.
@@ -296,8 +296,8 @@ pub struct SeveralCompared {
     pub judged: Judged,
 }
 
-/// Reads the data and validates models of several inputs and outputs on it. The signals are those of the first model; the options' `models`
-/// is ignored.
+/// Reads the data and validates models with several inputs and outputs on it. The signals are those of the first model; the field `models` of the
+/// options is ignored.
 ///
 /// # Errors
 /// If models have different signals, the data lacks a signal, or a model has another sampling interval.

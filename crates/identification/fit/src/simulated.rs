@@ -27,7 +27,7 @@ impl<'a> Simulated<'a> {
         Self::of_run(analysis, record, analysis.longest)
     }
 
-    /// One run of that record, numbered as in [`Analysis::segments`].
+    /// One run of the record, numbered as in [`Analysis::segments`].
     ///
     /// # Errors
     /// Like [`Simulated::new`]; also if the run does not exist.

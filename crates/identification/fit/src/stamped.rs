@@ -1,4 +1,4 @@
-//! Samples at their original stamps: the intervals of time in which all signals are known.
+//! Samples at their original stamps: time intervals in which all signals are known.
 
 use planesman_equations::{Between, Run, Track};
 use planesman_parallel::Progress;
@@ -207,8 +207,8 @@ fn described(of: &Stretches) -> String {
     format!("{samples} samples{rate}{changes}")
 }
 
-/// The spans of time, within the windows, in which every output is known without a gap and every input has a value. Windows count from the
-/// first output's first sample.
+/// The time spans, within the windows, in which every output is known without a gap and every input has a value. Windows count from the first
+/// output's first sample.
 fn common(
     signals: &[Stretches],
     inputs: usize,

@@ -4,8 +4,8 @@
 //! INPUT = STEP {, STEP}
 //! STEP  = [VALUE [UNIT] to] VALUE [UNIT] (from | at) TIME [s | ms | min | h ...]
 //! ```
-//! The input is held from each time to the next. It is 0 before the first time unless a value precedes its `to`. Times are seconds from the
-//! output's first sample, as for `--window`.
+//! The input is held from each time to the next. The input is 0 before the first time, unless a value precedes the word `to`. Times are in seconds
+//! from the output's first sample, the same as for `--window`.
 
 use planesman_identification::{LONGEST_PAST, Record};
 use planesman_signals::{PreparedRecord, TimeUnit};
@@ -24,7 +24,7 @@ pub(crate) struct StepsInWords {
     before: f64,
     /// Increasing times, s, each with the value from then on.
     steps: Vec<(f64, f64)>,
-    /// The unit; empty if none is given.
+    /// The unit; empty if the text gives no unit.
     unit: String,
 }
 

@@ -41,7 +41,7 @@ pub struct GivenModel {
     pub noise_model: Vec<f64>,
     /// `d1, d2, ...` of the noise `e/D` on the output; empty for white noise.
     pub noise_denominator: Vec<f64>,
-    /// A static curve in front of the transfer function or behind it.
+    /// A static curve before or after the transfer function.
     pub curve: Option<(Side, StaticCurve)>,
 }
 
@@ -52,7 +52,7 @@ pub struct Judgement {
     pub estimate: Estimate,
     /// Numbers of the segments used.
     pub segments: Vec<usize>,
-    /// The longest of them, as an index into `segments`.
+    /// The longest segment, as an index into `segments`.
     pub longest: usize,
     /// The simulated output of each, output unit.
     pub simulated: Vec<Vec<f64>>,

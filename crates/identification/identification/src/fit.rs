@@ -1,8 +1,8 @@
 //! The fit of a model to a record: `100 (1 - |y - yhat| / |y - mean y|)` %.
 //!
-//! 100 % is a perfect match, 0 % is no better than the output's mean, and negative values are worse. *One step ahead* predicts each output
-//! from the measured ones before it, which is optimistic: a model that repeats the last output does well. *Simulated* runs the model on the
-//! input alone, from rest, as the thesis compares its models (Brunner, NPS thesis, 1988, ch. V).
+//! 100 % is a perfect match, 0 % is no better than the output's mean, and negative values are worse. *One step ahead* predicts each output from the
+//! measured outputs before it. This is optimistic: a model that repeats the last output does well. *Simulated* runs the model on the input alone,
+//! from rest, the way the thesis compares its models (Brunner, NPS thesis, 1988, ch. V).
 
 use crate::model::Model;
 use planesman_record::Input;

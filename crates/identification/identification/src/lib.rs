@@ -1,6 +1,6 @@
 #![doc = include_str!("../README.md")]
 //!
-//! - [`Record`], [`Structure`], [`Problem`]: the data, what is unknown, and both together.
+//! - [`Record`], [`Structure`], [`Problem`]: the data, the unknowns, and both together.
 //! - [`estimators`]: least squares, ARMAX, output error, recursions, a vehicle's own equations, a Kalman filter, two stages in a closed
 //!   loop: all with one trait.
 //! - [`frequency`]: frequency responses with coherence and errors, of several inputs and in closed loops.
@@ -8,7 +8,7 @@
 //! - [`Model`], [`Readout`], [`Reading`], [`continuous`]: poles, gains and responses, with standard errors.
 //! - [`selection`]: order, delay and kind of model, by cross-validation or by information criteria.
 //! - [`several`]: several inputs to one output, with a transfer function for each.
-//! - [`static_curve`]: static curves in front of linear dynamics or behind them.
+//! - [`static_curve`]: static curves before or after linear dynamics.
 //! - [`validation`]: residual tests, identifiability.
 //! - [`analysis`]: a complete analysis of one record, with a verdict in plain words.
 //! - [`GivenModel`], [`Judgement`]: a model from any source on a record: simulation, predictions, residual tests.

@@ -91,8 +91,9 @@ impl Model {
             .unwrap_or_else(|| Complex::new(libm::log(f64::MIN_POSITIVE) / self.sample_time, 0.0))
     }
 
-    /// The slowest pole in the s plane, 1/s: the one with the largest real part, of a pair the upper one. Poles on the negative real axis
-    /// of z are left out: no continuous system has one; least squares puts them there to smooth noise. `None` if no other pole exists.
+    /// The slowest pole in the s plane, 1/s: the pole with the largest real part; of a complex pair the one with positive imaginary part. Poles on
+    /// the negative real axis of z are left out: no continuous system has one; least squares puts them there to smooth noise. `None` if no other pole
+    /// exists.
     #[must_use]
     pub fn dominant_pole(&self) -> Option<Complex<f64>> {
         self.poles()

@@ -4,7 +4,7 @@
 //! A y = B u + constant + C e      y(k) by the equation, from outputs and errors up to k - ahead, later errors 0
 //! y = (B/A) u + offset + e/D      the simulation, and D's continuation of its error up to k - ahead
 //! ```
-//! One sample ahead, the prediction error is the model's residual `e`. A model without a noise model predicts the same as it simulates.
+//! For one sample ahead, the prediction error is the model's residual `e`. A model without a noise model predicts the same as it simulates.
 
 use std::ops::RangeInclusive;
 
@@ -95,7 +95,7 @@ pub(crate) fn missed(found: &Estimate, number: usize, run: Run<'_>, ahead: usize
     }))
 }
 
-/// The same for a simulation, corrected by what the noise model predicts of its error from earlier errors.
+/// The same for a simulation, corrected by the noise model's prediction of its error from earlier errors.
 fn by_noise_model(found: &Estimate, number: usize, run: Run<'_>, ahead: usize) -> Missed {
     let errors = found.simulation_errors(number, run);
     let d = &found.noise_denominator;

@@ -1,4 +1,4 @@
-//! The regression behind a discrete transfer function, row by row.
+//! The regression of a discrete transfer function, row by row.
 //!
 //! The equation-error model of order n (Brunner, NPS thesis, 1988, ch. V):
 //! ```text
@@ -12,8 +12,8 @@
 //! ```
 //! u is the input's mean over a sampling interval and m its first moment (see [`Input`]); the c and bias columns are optional.
 //!
-//! Rows begin where a complete history exists, at k = n. The thesis asks for runs that begin at zero "for best data correlation" (ch. V.F);
-//! with complete histories a record may begin in motion.
+//! Rows begin where a complete history exists, at k = n. The thesis requires runs that begin at zero "for best data correlation" (ch. V.F); with
+//! complete histories a record may begin in motion.
 
 use planesman_record::Input;
 
@@ -29,7 +29,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// The number of parameters: n a's, n b's, n c's if any, the bias if any.
+    /// The number of parameters: n a's, n b's, n c's if they are estimated, and the bias if it is estimated.
     #[must_use]
     pub fn parameters(&self) -> usize {
         self.order * (2 + usize::from(self.moment)) + usize::from(self.bias)
@@ -40,7 +40,7 @@ impl Shape {
 #[derive(Clone, Debug)]
 struct History {
     shape: Shape,
-    /// Newest first, as in the row.
+    /// Past outputs, newest first, in the order of the row.
     outputs: Vec<f64>,
     inputs: Vec<Input>,
     row: Vec<f64>,
@@ -57,15 +57,15 @@ impl History {
         }
     }
 
-    /// Clears the history and begins with `output`, without a known input before it.
+    /// Clears the history and begins with `output`, without a known earlier input.
     fn begin(&mut self, output: f64) {
         self.outputs.clear();
         self.inputs.clear();
         self.outputs.push(output);
     }
 
-    /// Takes the output and the input over the interval that ended with it. Returns the row phi for the regression of `output`, once the
-    /// history before it is n long.
+    /// Takes the output and the input over the interval that ended with it. Returns the row phi for the regression of `output`, once the earlier
+    /// history has n samples.
     fn push(&mut self, input: Input, output: f64) -> Option<&[f64]> {
         let n = self.shape.order;
         self.inputs.insert(0, input);

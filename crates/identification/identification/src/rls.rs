@@ -14,9 +14,8 @@
 //! Inst. Maths Applics* 12, 1973). R equals that of a QR factorisation of the whole record, so nothing is lost compared with the batch
 //! solution; `P = R^-1 R^-T` is positive definite by construction; and p0 may be arbitrarily large.
 //!
-//! With lambda < 1 the prior is forgotten too, and P would grow without bound in directions that the rows never excite. So whenever the
-//! prior has decayed to a millionth, it is restored at the current estimate: that changes neither theta nor V, and keeps P below a million
-//! times p0.
+//! With lambda < 1 the prior is forgotten too, and P would grow without bound in directions that the rows never excite. So whenever the prior has
+//! decayed to a millionth, it is restored at the current estimate. This changes neither theta nor V, and keeps P below a million times p0.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -1,4 +1,4 @@
-//! Signals relative to their levels and scales, as used in searches.
+//! Signals scaled for searches: relative to their level, divided by their scale.
 
 use crate::structure::variance;
 

@@ -7,8 +7,8 @@
 //! ```
 //! The future outputs, after subtracting the effect of inputs and outputs in between, are regressed on the past; the n most correlated
 //! directions (canonical variates, Larimore, *American Control Conf.*, 1983) are the state (Jansson, "Subspace identification and ARX
-//! modeling", *IFAC SYSID*, 2003). Regressing states on states is step two of N4SID (Van Overschee and De Moor, *Automatica* 30, 1994). Its
-//! step one, an oblique projection instead of the high-order equation, is biased in a closed loop.
+//! modeling", *IFAC SYSID*, 2003). Regressing states on states is step two of N4SID (Van Overschee and De Moor, *Automatica* 30, 1994). Step one of
+//! that method is an oblique projection instead of the high-order equation; it is biased in a closed loop.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 use planesman_linear::poles::eigenvalues;

@@ -1,4 +1,4 @@
-//! Static curves in front of linear dynamics (Hammerstein models) or behind them (Wiener models).
+//! Static curves before linear dynamics (Hammerstein models) or after them (Wiener models).
 //!
 //! ```text
 //! Hammerstein   y = G(q) f(u) + offset      Wiener   y = f(G(q) u + offset)
@@ -20,7 +20,7 @@ const INDEPENDENT: f64 = 1e-4;
 /// The side of the linear dynamics on which a curve is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// In front of them: a curve of the input.
+    /// Before the dynamics: a curve of the input.
     Input,
     /// Behind them: a curve of the output.
     Output,
@@ -29,18 +29,18 @@ pub enum Side {
 /// A curve. Levels and widths are in the signal's unit.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StaticCurve {
-    /// Zero between two levels, slope 1 beyond them: `x - upper`, 0, `x - lower`.
+    /// Zero between two values, slope 1 beyond them: `x - upper`, 0, `x - lower`.
     DeadZone {
         /// The lower level.
         lower: f64,
         /// The upper level.
         upper: f64,
     },
-    /// Slope 1 between two levels, constant beyond them.
+    /// Slope 1 between two values, constant beyond them.
     Saturation {
-        /// The lower level, if any.
+        /// The lower limit, if there is one.
         lower: Option<f64>,
-        /// The upper level, if any.
+        /// The upper limit, if there is one.
         upper: Option<f64>,
     },
     /// `x |x| + c x`, for example a thruster's force over its speed.
@@ -48,11 +48,11 @@ pub enum StaticCurve {
         /// `c`, the signal's unit; `None` for a known 0.
         linear: Option<f64>,
     },
-    /// Straight lines that meet at levels.
+    /// Straight lines that meet at breakpoints.
     Piecewise {
         /// The levels, increasing.
         levels: Vec<f64>,
-        /// The slopes below the first level, between two, and above the last; one of them is fixed at 1.
+        /// The slopes below the first breakpoint, between two, and above the last; one of them is fixed at 1.
         slopes: Vec<f64>,
     },
     /// Play (backlash); the width is the total play.
@@ -63,7 +63,7 @@ pub enum StaticCurve {
 }
 
 impl StaticCurve {
-    /// The kind, as in the file's field.
+    /// The kind of curve, as written in the file.
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
@@ -139,7 +139,7 @@ impl StaticCurve {
         (values.len() == parameters.len()).then(|| curve.with(&values))?
     }
 
-    /// The curve with other parameter values, in the order of [`Self::parameters`]; `None` if levels cross or a width is negative.
+    /// The curve with other parameter values, in the order of [`Self::parameters`]; `None` if breakpoints cross or a width is negative.
     pub(crate) fn with(&self, values: &[f64]) -> Option<Self> {
         if values.iter().any(|it| !it.is_finite()) {
             return None;
@@ -176,7 +176,7 @@ impl StaticCurve {
         }
     }
 
-    /// The levels at which it bends.
+    /// The breakpoints of the curve.
     pub(crate) fn levels(&self) -> Vec<f64> {
         match self {
             Self::DeadZone { lower, upper } => vec![*lower, *upper],
@@ -186,7 +186,7 @@ impl StaticCurve {
         }
     }
 
-    /// Whether it bends only between two levels of a signal, and a play is no wider.
+    /// Whether the curve bends only between two values of a signal, and a backlash is no wider than their distance.
     pub(crate) fn bends_within(&self, least: f64, most: f64) -> bool {
         match self {
             Self::Backlash { width } => *width <= most - least,

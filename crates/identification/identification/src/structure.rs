@@ -6,7 +6,7 @@
 //!                    D(q)     1 + a1 q^-1 + ... + an q^-n
 //! ```
 //! `N/D` is the known part, in powers of `q^-1`: for example `1 - q^-1` in N for the zero at z = 1 that a vehicle with restoring moment has
-//! from planes to pitch rate, or in D for an integrator. The input is filtered by it before the estimation.
+//! from planes to pitch rate, or in D for an integrator. `N/D` filters the input before the estimation.
 //!
 //! Several records may share one model. Each has its own offset, and its own numerator if only the poles are common.
 
@@ -160,9 +160,9 @@ impl Structure {
         self
     }
 
-    /// A record's input after the known factors, delayed so that element k first acts on output k. For a record in motion, the input before
-    /// it is its past. If that is not known, it is assumed constant at its first known value: adding a constant changes only the offset.
-    /// Outputs that depend on it are not known ([`Self::unknown`]).
+    /// A record's input after the known factors, delayed so that element k first acts on output k. For a record in motion, the earlier input is its
+    /// known past. If that is not known, it is assumed constant at its first known value: adding a constant changes only the offset. Outputs that
+    /// depend on unknown inputs are not used ([`Self::unknown`]).
     #[must_use]
     pub fn driving(&self, past: &[f64], inputs: &[f64]) -> Vec<f64> {
         let past = match self.start {
@@ -199,7 +199,7 @@ impl Structure {
         driving
     }
 
-    /// The number of first outputs of a record in motion that depend on unknown inputs, given this many known ones before it; they are
+    /// The number of initial outputs of a record in motion that depend on unknown inputs, given this number of known earlier inputs; they are
     /// ignored. Outputs that an initial state of the poles can explain do not count.
     #[must_use]
     pub fn unknown(&self, past: usize) -> usize {

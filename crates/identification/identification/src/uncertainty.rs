@@ -6,8 +6,8 @@
 //! p a root of A:  dp/da_i = -p^(n-i) / A'(p)          s = ln(p)/T:  ds = dp / (p T)
 //! G = B/A:        dG/da_i = -G z^(-i) / A,  dG/db_j = z^(-j) / A
 //! ```
-//! A complex quantity has a covariance of its real and imaginary parts: an ellipse. Known values have zero covariance. Where two roots
-//! nearly coincide, the slope grows without bound and the first-order approximation is poor; the ellipse is then large, as it should be.
+//! A complex quantity has a covariance of its real and imaginary parts: an ellipse. Known values have zero covariance. Where two roots nearly
+//! coincide, the derivative grows without bound and the first-order approximation is poor; the ellipse is then large, which is the correct warning.
 
 use std::ops::Range;
 
@@ -146,7 +146,7 @@ impl<'a> Reading<'a> {
         Self { estimate, run }
     }
 
-    /// The poles in z, the one with the largest real part first; known ones last.
+    /// The poles in z by decreasing real part; known poles last.
     ///
     /// # Errors
     /// [`IdentificationError`](crate::IdentificationError), if the roots cannot be found.
@@ -174,7 +174,7 @@ impl<'a> Reading<'a> {
         Ok(zeros)
     }
 
-    /// The poles, one of each pair, that a zero may cancel: the zero is so near that the 95 % intervals do not separate them.
+    /// The poles that a zero may cancel, one of each complex pair: the zero is so near that the 95 % intervals do not separate them.
     pub(crate) fn cancelled_poles(&self) -> Vec<Uncertain> {
         let (Ok(poles), Ok(zeros)) = (self.poles(), self.zeros()) else {
             return Vec::new();
@@ -211,7 +211,7 @@ impl<'a> Reading<'a> {
         })
     }
 
-    /// The poles in z, slowest first, one of each pair.
+    /// The poles in z, slowest first; one pole of each complex pair.
     ///
     /// # Errors
     /// Like [`Reading::poles`].
@@ -229,7 +229,7 @@ impl<'a> Reading<'a> {
         self.system_poles().map(|it| it.mode_text()).collect()
     }
 
-    /// The modes whose pole differs from 0 beyond its 95 % interval, as in [`Reading::modes`], and the number of the others.
+    /// The modes whose pole differs from 0 by more than its 95 % interval, see [`Reading::modes`], and the number of the other modes.
     #[must_use]
     pub fn determined_modes(&self) -> (Vec<String>, usize) {
         let is_determined = |it: &Uncertain| {
@@ -242,7 +242,7 @@ impl<'a> Reading<'a> {
         )
     }
 
-    /// The poles in s, slowest first, one of each pair; without artefacts of sampling.
+    /// The poles in s, slowest first; one pole of each complex pair, without artefacts of sampling.
     fn system_poles(&self) -> impl Iterator<Item = Uncertain> {
         let mut poles = self.slowest_first().unwrap_or_default();
         poles.retain(|it| !is_sampling_artefact(it.value));

@@ -3,8 +3,8 @@
 //! ```text
 //! A y = B u + constant + C e,   C = 1 + c1 q^-1 + ... + cn q^-n
 //! ```
-//! Noise on the gyro alone is `C = A`, which this contains. The search starts with iterated extended least squares: each round regresses on
-//! the residuals of the one before. Then the one-step prediction error is minimised (Ljung 1999, sec. 7.2 and 10.2).
+//! Noise on the gyro alone is `C = A`, which this contains. The search starts with iterated extended least squares: each round regresses on the
+//! residuals of the previous round. Then the one-step prediction error is minimised (Ljung 1999, sec. 7.2 and 10.2).
 
 use nalgebra::DVector;
 
@@ -18,7 +18,7 @@ use super::rows::{freedom, rows_by_run};
 use crate::error::{IdentificationError, Result};
 use crate::structure::Problem;
 
-/// Initial roots of C, as a share of those of A.
+/// Initial roots of C, as a factor of the roots of A.
 const NOISE_ROOT_SHARE: f64 = 0.98;
 
 /// ARMAX: the equation error with a model of the noise.

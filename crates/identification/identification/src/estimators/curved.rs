@@ -1,4 +1,4 @@
-//! Static curves in front of linear dynamics or behind them.
+//! Static curves before or after linear dynamics.
 //!
 //! In front (Hammerstein): for each curve the output-error dynamics are computed again, so that only the curve's few parameters are
 //! searched (variable projection; Golub and Pereyra, *SIAM J. Numer. Anal.* 10, 1973). Behind (Wiener): all parameters at once,
@@ -94,7 +94,7 @@ pub(crate) fn of_least_criterion<T>(models: Vec<(usize, Vec<f64>, T)>) -> Option
     best.map(|it| it.2)
 }
 
-/// The output error of linear dynamics behind a curve; infinite if there are none.
+/// Output error of the linear dynamics after a curve; infinite if the data determines no dynamics.
 pub(crate) fn cost_in_front(problem: &Problem<'_>, curve: &StaticCurve) -> f64 {
     let poles = RefCell::default();
     errors_behind(problem, curve, &poles).map_or(f64::INFINITY, |it| it.norm_squared())
@@ -144,8 +144,7 @@ fn minimise_over(
     )
 }
 
-/// The errors of the best linear dynamics behind a curve; those before the first known output are 0. The next search begins at the poles
-/// found.
+/// Errors of the best linear dynamics after a curve; errors before the first known output are 0. The next search begins at the poles found.
 fn errors_behind(
     problem: &Problem<'_>,
     curve: &StaticCurve,
@@ -175,12 +174,12 @@ fn errors_behind(
     Some(DVector::from_vec(errors))
 }
 
-/// Output error with a static curve behind the dynamics.
+/// Output error with a static curve after the dynamics.
 #[derive(Clone, Debug)]
 pub struct Wiener {
     /// The initial curve of the search.
     pub start: StaticCurve,
-    /// The initial `a1 ... an` of the search for the dynamics; searched if there are not n of them.
+    /// The initial `a1 ... an` of the search for the dynamics; if their number is not n, initial values are searched.
     pub poles: Vec<f64>,
 }
 

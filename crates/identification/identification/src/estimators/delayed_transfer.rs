@@ -29,7 +29,7 @@ pub struct Orders {
     pub integrators: usize,
     /// z, zeros known to be at s = 0.
     pub differentiators: usize,
-    /// The dead time, s, if known; else it is estimated.
+    /// The dead time, s, if known; otherwise it is estimated.
     pub delay: Option<f64>,
 }
 
@@ -60,7 +60,7 @@ impl Orders {
             .collect()
     }
 
-    /// Factors from the search's unknowns, in units of `middle` rad/s, to those of G.
+    /// Factors from the unknowns of the search, in units of `middle` rad/s, to the coefficients of G.
     pub(super) fn scales(&self, middle: f64) -> DVector<f64> {
         let n = self.poles as i32;
         let power = |power: usize| middle.powi(n - power as i32);
@@ -93,7 +93,7 @@ impl Orders {
 /// x_(k+1) = A x_k + B_0 u_k + B_1 u_(k-1),   B_0 the hold over (1 - f) T, B_0 + B_1 that over T
 /// G = C (z - A)^-1 (B_0 + B_1/z) = (N_0(d) + N_1(d)/z) / D(d),   d = z - 1
 /// ```
-/// Polynomials in d = z - 1 keep the digits of poles near z = 1, which those in z lose (Middleton and Goodwin, *Digital Control and
+/// Polynomials in d = z - 1 stay accurate for poles near z = 1, where polynomials in z lose digits (Middleton and Goodwin, *Digital Control and
 /// Estimation*, 1990).
 pub(super) struct HeldInputTransfer {
     /// `D`, `N_0`, `N_1`, the highest power first.

@@ -20,7 +20,7 @@ const AT_ONE: f64 = 1e-9;
 /// The result of an estimator.
 #[derive(Clone, Debug)]
 pub struct Estimate {
-    /// The input level to which the offset in theta and the simulation refer; 0 if none was subtracted.
+    /// The input level to which the offset in theta and the simulation refer; 0 if no level was subtracted.
     pub input_level: f64,
     /// The kind of residual, which determines the place of a constant.
     pub error: Error,
@@ -30,9 +30,9 @@ pub struct Estimate {
     pub sample_time: f64,
     /// The unknowns of the layout, without the initial motion if the method does not need it.
     pub theta: DVector<f64>,
-    /// Their covariance, as the method computes it.
+    /// Covariance of theta, as computed by the method.
     pub covariance: DMatrix<f64>,
-    /// A factor F of it, `F F'`, if the method computes one: differences that nearly cancel in a product of the covariance are more
+    /// A factor F of the covariance, `F F'`, if the method computes one: differences that nearly cancel in a product with the covariance are more
     /// accurate with the factor.
     pub factor: Option<DMatrix<f64>>,
     /// The variance of the noise `e`, output unit squared.
@@ -43,7 +43,7 @@ pub struct Estimate {
     pub noise_denominator: Vec<f64>,
     /// The residuals of each record, output unit.
     pub residuals: Vec<Vec<f64>>,
-    /// The curve behind the dynamics, if one was fitted.
+    /// The curve after the dynamics, if one was fitted.
     pub output_curve: Option<FittedCurve>,
     /// The vehicle's own coefficients, if they were estimated.
     pub physical: Option<Physical>,
@@ -89,7 +89,7 @@ impl Estimate {
             .model(self.theta.as_slice(), run, self.sample_time)
     }
 
-    /// The model of a record from the mean of the input over each interval, as needed for conversion to continuous time. It equals
+    /// The model of a record for the mean of the input over each interval, as needed for conversion to continuous time. This model equals
     /// [`Self::model`] unless the input is linear between its samples.
     #[must_use]
     pub fn model_of_means(&self, run: usize) -> Model {
@@ -120,7 +120,7 @@ impl Estimate {
         &slopes * &self.covariance * slopes.transpose()
     }
 
-    /// The offset of a record's output, output unit; 0 if none was estimated.
+    /// The offset of a record's output, output unit; 0 if no offset was estimated.
     #[must_use]
     pub fn offset(&self, run: usize) -> f64 {
         let Some(at) = self.layout.offset(run) else {
@@ -149,7 +149,7 @@ impl Estimate {
         Some(a.iter().sum()).filter(|steady: &f64| steady.abs() > AT_ONE * size)
     }
 
-    /// The output's offset with the input at its level.
+    /// The output's offset when the input is at its level.
     fn offset_at_level(&self, at: usize) -> f64 {
         if self.error == Error::Equation {
             // offset = constant / A(1); with a pole at 1 there is none.
@@ -164,8 +164,8 @@ impl Estimate {
         inputs.iter().map(|u| u - self.input_level).collect()
     }
 
-    /// A record's input, minus that level, after known factors and delay, as in [`Structure::driving`]; for a process model it is constant
-    /// before the record.
+    /// A record's input minus its level, after known factors and delay, see [`Structure::driving`]; for a process model it is constant before the
+    /// record.
     pub(crate) fn driving(&self, record: Run<'_>) -> Vec<f64> {
         let structure = &self.layout.structure;
         let [past, inputs] = [record.past, record.inputs].map(|it| self.about_level(it));
@@ -175,7 +175,7 @@ impl Estimate {
         }
     }
 
-    /// Number of first outputs of a record to ignore, as in [`Structure::unknown`]; 0 for a process model.
+    /// Number of initial outputs of a record to ignore, see [`Structure::unknown`]; 0 for a process model.
     #[must_use]
     pub fn unknown(&self, record: Run<'_>) -> usize {
         match self.process {
@@ -229,8 +229,8 @@ impl Estimate {
         pairs.map(|(y, x)| y - x).collect()
     }
 
-    /// The fit of the simulated output, `100 (1 - |y - yhat| / |y - mean y|)` %, over samples `from..` of record `run`, with the state
-    /// fitted at the first of them; `None` if the output is constant or the simulation overflows.
+    /// The fit of the simulated output, `100 (1 - |y - yhat| / |y - mean y|)` %, over the samples `from..` of record `run`, with the state fitted at
+    /// their beginning; `None` if the output is constant or the simulation overflows.
     #[must_use]
     pub fn simulated_fit(&self, run: usize, record: Run<'_>, from: usize) -> Option<f64> {
         if self.output_curve.is_some() {
@@ -265,7 +265,7 @@ impl Estimate {
         fit(carried_on(&left, before, &free)?, spread.sum_of_squares())
     }
 
-    /// The same behind a curve, which hides the state: simulated from the beginning of the record.
+    /// The same with a curve after the dynamics, which hides the state: simulated from the beginning of the record.
     fn fit_behind_curve(&self, run: usize, record: Run<'_>, from: usize) -> Option<f64> {
         let errors = self.simulation_errors(run, record);
         let from = from.max(self.unknown(record));

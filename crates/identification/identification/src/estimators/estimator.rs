@@ -27,8 +27,7 @@ pub trait Estimator: fmt::Debug + Send + Sync {
 
 /// An estimator that learns while samples arrive.
 pub trait Recursive {
-    /// Restarts the history with `output`, without a known input before it: at the start of a record and after a gap. Learnt parameters are
-    /// kept.
+    /// Restarts the history with `output`, without a known earlier input: at the start of a record and after a gap. Learnt parameters are kept.
     fn begin(&mut self, output: f64);
 
     /// Takes the next output, and the input over the interval that ended with it.
@@ -40,7 +39,7 @@ pub trait Recursive {
     /// The parameters' names.
     fn names(&self) -> Vec<String>;
 
-    /// The parameters' covariance, as the estimator computes it; `None` until there are more samples than unknowns.
+    /// The parameters' covariance, as computed by the estimator; `None` until there are more samples than unknowns.
     fn covariance(&self) -> Option<DMatrix<f64>>;
 
     /// The last prediction error, output unit; `None` if there was no prediction.

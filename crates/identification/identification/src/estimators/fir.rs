@@ -3,9 +3,9 @@
 //! ```text
 //! y_k = b1 u_(k-d) + ... + bm u_(k-d-m+1) + constant + e_k
 //! ```
-//! It is linear in its unknowns, and unbiased for noise of any colour that is independent of the input. A slow system needs many
-//! coefficients (Ljung 1999, sec. 4.2). The Bayesian criterion chooses their number: the regressors of a shorter response are the first of
-//! a longer one, so one QR gives the error of every length.
+//! The method is linear in its unknowns, and unbiased for noise of any colour that is independent of the input. A slow system needs many coefficients
+//! (Ljung 1999, sec. 4.2). The Bayesian criterion chooses their number: the regressors of a shorter response are the first of a longer one, so one QR
+//! gives the error of every length.
 
 use nalgebra::DVector;
 

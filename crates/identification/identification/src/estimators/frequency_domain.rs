@@ -13,8 +13,8 @@
 //!   resolve.
 //! - **Leakage**: in each segment the response to earlier inputs continues. The same windows on the simulated output give its size, and the
 //!   response is corrected by it: `H = H_model + <g, y - simulated>`.
-//! - **Intervals**: the parameters are, to first order, weighted sums of the noise's samples. The weights are summed over all frequencies
-//!   and windows, so that common parts count once; the noise's spectrum is that of the simulated error.
+//! - **Intervals**: the parameters are, to first order, weighted sums of the noise's samples. The weights are summed over all frequencies and
+//!   windows, so that common parts count once; the noise spectrum is the spectrum of the simulated error.
 
 mod sampled;
 
@@ -40,14 +40,14 @@ const PHASE_WEIGHT: f64 = 0.017_45;
 const SCALE: f64 = 20.0;
 /// Poles tried.
 const MOST_POLES: usize = 4;
-/// Number of initial dead times, and of searches from the best of them.
+/// Number of initial dead times, and of searches started from the best of them.
 const DEAD_TIMES: usize = 16;
 const SEARCHES: usize = 3;
 /// Maximum number of steps of a search, and the relative decrease of the cost at which it ends.
 const STEPS: usize = 25;
 const SHARE: f64 = 1e-2;
 const FINE: (usize, f64) = (200, 1e-9);
-/// Dead times this near to a whole sample, where the slope jumps, are treated as equal to it, and searched again at this distance on both
+/// Dead times this close to a whole sample, where the derivative jumps, are treated as equal to it, and searched again at this distance on both
 /// sides, samples.
 const NEAR_A_SAMPLE: f64 = 0.05;
 const BESIDE: f64 = 0.3;
@@ -60,11 +60,11 @@ const BEYOND_DOUBT: f64 = 10.0;
 /// Rounds of the linear start, and of the correction for leakage.
 const ROUNDS: usize = 6;
 const CORRECTIONS: usize = 3;
-/// The share of a band, in its logarithm, that other data must cover to validate a model of it.
+/// Minimum share of a band, on a logarithmic axis, that other data must cover to validate a model of the band.
 const COVERED: f64 = 0.9;
 /// The bandwidth of a Hann window, in cycles per window (Harris, *Proc. IEEE* 66, 1978).
 const BANDWIDTH: f64 = 1.5;
-/// Number of parts in which the weights of the noise are summed in parallel.
+/// Number of parts in which the noise weights are summed in parallel.
 const PARTS: usize = 4;
 
 /// A transfer function fitted to the frequency response. Of the problem's structure only the offset and the initial state are used.
@@ -207,7 +207,7 @@ impl Fitted<'_> {
         self.root() * PHASE_WEIGHT.sqrt() * 1_f64.to_degrees()
     }
 
-    /// The longest dead time, s: what the phase allows at the top of the band, plus one turn.
+    /// The longest dead time, s: the dead time that the phase allows at the top of the band, plus one turn.
     fn longest(&self) -> f64 {
         let phases = unwrapped_phases(self.points.iter().map(|it| it.2));
         let lag = phases
@@ -330,8 +330,8 @@ impl Fitted<'_> {
             .min_by(|p, q| p.1.cost().total_cmp(&q.1.cost()))
     }
 
-    /// Sorts orders, the best first: the one with the fewest parameters whose criterion is not clearly above the smallest. In open loop an
-    /// unstable system could not have been recorded.
+    /// Sorts orders, the best first: the order with the fewest parameters whose criterion is not clearly above the smallest. In open loop an unstable
+    /// system could not have been recorded.
     fn choose(&self, choices: &[Choice], may_be_unstable: bool) -> Vec<(Candidate, DVector<f64>)> {
         let tried = on_all_cores(choices, |(orders, near)| {
             let (theta, at) = match near {
@@ -381,7 +381,7 @@ impl Fitted<'_> {
     }
 }
 
-/// Orders to try, and nearby parameters if known.
+/// An order to try, with nearby parameters if they are known.
 type Choice = (Orders, Option<DVector<f64>>);
 
 impl FrequencyDomain {

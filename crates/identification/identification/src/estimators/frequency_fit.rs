@@ -1,4 +1,4 @@
-//! A frequency response, and the transfer function with a dead time fitted to it.
+//! A frequency response, and the transfer function with dead time that was fitted to it.
 
 use nalgebra::{DMatrix, DVector};
 use planesman_linear::{Complex, DelayedLoop};
@@ -19,7 +19,7 @@ pub struct Candidate {
     pub bic: f64,
 }
 
-/// A frequency response and the transfer function of it.
+/// A frequency response and its fitted transfer function.
 #[derive(Clone, Debug)]
 pub struct FrequencyFit {
     /// The response, at increasing frequencies.

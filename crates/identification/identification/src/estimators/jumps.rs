@@ -1,20 +1,20 @@
 //! Detects jumps in the parameters of a recursion.
 //!
-//! Three further recursions that started later run in parallel with the main one, which remembers all rows. Each is compared with it by the
-//! test for a change of regression (Chow, *Econometrica* 28, 1960):
+//! Three further recursions that started later run in parallel with the main one, which remembers all rows. Each recursion is compared with the main
+//! one by the test for a change of regression (Chow, *Econometrica* 28, 1960):
 //! ```text
 //! S = (V_all - V_before - V_since) / s2
 //! ```
-//! `V` are sums of squared residuals: of all rows, of those before the later start, of those after it. `s2` is the noise's variance.
-//! Without a jump S follows the chi-square distribution with as many degrees of freedom as parameters, p; it stays below
-//! `p + 2 sqrt(p x) + 2 x` with a probability of at least `1 - exp(-x)` (Laurent and Massart, *Annals of Statistics* 28, 2000). If S is
-//! larger, the recursion with the later start takes over: everything before its start is forgotten, and no row after it is lost.
+//! `V` are sums of squared residuals: of all rows, of the rows before the later start, and of the rows after it. `s2` is the noise's variance.
+//! Without a jump S follows the chi-square distribution with as many degrees of freedom as parameters, p; it stays below `p + 2 sqrt(p x) + 2 x` with
+//! a probability of at least `1 - exp(-x)` (Laurent and Massart, *Annals of Statistics* 28, 2000). If S exceeds this bound, the recursion with the
+//! later start takes over: everything before its start is forgotten, and no row after it is lost.
 //!
 //! - **Starts.** One recursion starts when the prediction errors begin to grow: when the cumulative sum of the log-likelihood ratio of a
-//!   larger variance leaves zero (Page, *Biometrika* 41, 1954). It finds large jumps at once. Two others start every 64 and every 256 rows.
-//!   They find small jumps and drift.
-//! - **Noise.** `s2` is the larger of two variances: of the rows before and after, and of the rows after alone. So more noise is not a
-//!   jump. It is at least half a percent of the output's changes from sample to sample: a nonlinearity of that size is not a jump.
+//!   larger variance leaves zero (Page, *Biometrika* 41, 1954). This recursion finds large jumps at once. Two others start every 64 and every 256
+//!   rows. These recursions find small jumps and drift.
+//! - **Noise.** `s2` is the larger of two variances: of the rows before and after, and of the rows after alone. So an increase of the noise does not
+//!   count as a jump. `s2` is at least 0.5 % of the output's changes from sample to sample: so a nonlinearity of that size does not count as a jump.
 //! - **Coloured residuals** make S larger than this distribution. So S is divided by its usual mean at the end of a window, over p, if that
 //!   is above 1.
 //! - **Outliers.** A single error counts as at most three standard deviations in the cumulative sum.
@@ -115,7 +115,7 @@ impl Challenger {
 /// Watches a recursion for jumps.
 #[derive(Clone, Debug)]
 pub(super) struct JumpDetector {
-    /// The one of the cumulative sum, then those of [`PERIODS`].
+    /// The recursion of the cumulative sum, followed by the recursions of [`PERIODS`].
     challengers: [Challenger; 3],
     /// The cumulative sum.
     sum: f64,

@@ -8,9 +8,9 @@
 //! ```
 //! (Equations: [`super::vehicle`].) One Runge-Kutta step propagates mean and transition matrix from sample to sample; the covariance is
 //! corrected in Joseph's form, which stays symmetric and positive. A filter with a poor start linearises at the wrong place and then
-//! underestimates its uncertainty (Ljung, *IEEE Trans. Autom. Control* 24, 1979). So for complete records
-//! [`VehicleFilter`](super::VehicleFilter) makes further passes, from the final pitch coefficients and the initial covariance. Each pass
-//! begins with the prior knowledge of heave.
+//! underestimates its uncertainty (Ljung, *IEEE Trans. Autom. Control* 24, 1979). So for complete records [`VehicleFilter`](super::VehicleFilter)
+//! makes further passes, which start from the final pitch coefficients and the initial covariance. Each pass begins with the prior knowledge of
+//! heave.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -21,7 +21,7 @@ const TRIALS: usize = 25;
 /// The search ends when a step would lower the cost by less than this share.
 const MIN_COST_DECREASE: f64 = 1e-12;
 
-/// The result of one damping.
+/// Result of a step with one damping.
 pub(crate) enum Trial<P> {
     /// A lower cost at these parameters.
     Lower(DVector<f64>, P),
@@ -31,8 +31,8 @@ pub(crate) enum Trial<P> {
     Done,
 }
 
-/// Takes damped steps from given parameters, at most `steps`, each with at most `trials` dampings, until none lowers the cost or `is_last`
-/// holds for a step.
+/// Takes at most `steps` damped steps from the given parameters, each with at most `trials` dampings, until no step lowers the cost or `is_last`
+/// accepts a step.
 ///
 /// # Errors
 /// Errors of a trial.

@@ -41,25 +41,25 @@ planesman_wording::choices! {
 /// Properties of methods; the rest of the suite queries these instead of listing methods.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Property {
-    /// It can fit a static curve in front of the dynamics or behind them.
+    /// The method can fit a static curve before or after the dynamics.
     TakesCurve,
-    /// It fits a static gain, a model of order 0.
+    /// The method can fit a static gain, a model of order 0.
     FitsGain,
-    /// Its models have no poles: an order is their number of coefficients, which it can choose itself.
+    /// The method's models have no poles: an order is their number of coefficients, which the method can choose itself.
     HasNoPoles,
     /// Open orders and delays are chosen by information criteria.
     SearchedByCriteria,
-    /// It recognises a step test: if the output is constant until the step, the record begins at rest.
+    /// The method recognises a step test: if the output is constant until the step, the record begins at rest.
     KnowsStepTests,
-    /// Its model without a noise model has the noise in the equation, not in the output.
+    /// In the method's model without a noise model, the noise enters the equation, not the output.
     HasNoiseInEquation,
-    /// Its standard deviations are valid for noise of any colour, even in the equation.
+    /// The method's standard deviations are valid for noise of any colour, even in the equation.
     AllowsForColour,
     /// In a bootstrap, simulated records are fitted from the poles of the estimate.
     StartsFromPoles,
-    /// It learns sample by sample, with forgetting factor and covariance.
+    /// The method learns sample by sample, with forgetting factor and covariance.
     IsRecursive,
-    /// It estimates the coefficients of the vehicle's equations, which define the order.
+    /// The method estimates the coefficients of the vehicle's equations, which define the order.
     IsOfTheVehicle,
 }
 

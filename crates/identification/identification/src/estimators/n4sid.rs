@@ -2,8 +2,8 @@
 //!
 //! States by canonical variates of a high-order equation, and their transition from sample to sample, give the poles ([`crate::states`];
 //! Jansson 2003, in the family of N4SID, Van Overschee and De Moor 1994). With these poles, numerator, offset and initial motion enter the
-//! simulated output linearly. There is no search, so no local minimum, but the error is not the smallest either. The covariance is that of
-//! an output error model at this point, which is close to the method's estimate but not its exact minimum.
+//! simulated output linearly. The method needs no iterative search, so it has no local minimum, but its error is not the smallest possible. The
+//! covariance is computed for an output-error model at this point, which is close to the method's estimate but not its exact minimum.
 
 use super::estimate::Estimate;
 use super::estimator::{Estimator, Recursive};

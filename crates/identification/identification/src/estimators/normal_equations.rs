@@ -5,8 +5,8 @@
 //! (psi'psi + mu diag(psi'psi)) step = psi'e       summed over the parts that count
 //! ```
 //! The columns of `psi` are shifts of four signals, so `psi'psi` needs only their correlations: entries along a diagonal differ only by
-//! terms at the ends. Nothing as large as the record is stored. `D = 1 + d1 q^-1 + ...` whitens the residual: with noise `v = e/D`, the
-//! minimum is that of a Box-Jenkins model with autoregressive noise (Ljung 1999, sec. 4.2 and 10.2).
+//! terms at the ends. Nothing as large as the record is stored. `D = 1 + d1 q^-1 + ...` whitens the residual: with noise `v = e/D`, the minimum is
+//! the minimum of a Box-Jenkins model with autoregressive noise (Ljung 1999, sec. 4.2 and 10.2).
 
 use std::ops::Range;
 
@@ -80,7 +80,7 @@ pub(crate) struct NormalEquations {
     signals: Vec<Signals>,
 }
 
-/// The normal equations of one part: `psi'psi`, `psi'e` and `e'e` in the order a, b, offset, motion of its record.
+/// The normal equations of one part: `psi'psi`, `psi'e` and `e'e`, in the order a, b, offset, free motion of its record.
 #[derive(Clone)]
 struct Normal {
     run: usize,

@@ -57,7 +57,7 @@ const MOST_DAMPED: f64 = 1e3;
 /// Initial state of the records of a process model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Begins {
-    /// As in the problem.
+    /// The same as in the problem.
     AsGiven,
     /// At rest with this input.
     AtRest(f64),
@@ -162,8 +162,8 @@ struct Signals {
     outputs: Vec<f64>,
 }
 
-/// A search. Its parameters are the gain, the shape, the dead time in samples, the input level if estimated, and offset and initial state
-/// of each record.
+/// A search. The search's parameters are the gain, the shape, the dead time in samples, the input level if estimated, and offset and initial state of
+/// each record.
 struct Search<'a> {
     of: &'a Process,
     /// The sampled model's layout, with the delay for a dead time below one sample.
@@ -257,7 +257,7 @@ impl<'a> Search<'a> {
         self.rest_at() + self.layout.count() - self.sampled_count()
     }
 
-    /// The input level at which an integrating process is constant.
+    /// The input level for which an integrating process is constant.
     fn level(&self, theta: &DVector<f64>) -> f64 {
         match self.has_level() {
             true => theta[self.delay_at() + 1],
@@ -541,7 +541,7 @@ impl<'a> Search<'a> {
         sums.into_iter().map(cost).collect()
     }
 
-    /// The minimum of the error near a start. If poles would change to the kind not asked for, both are set to `-wn`.
+    /// The minimum of the error near a start. If poles would change from real to complex or the reverse, both are set to `-wn`.
     fn least(&self, start: DVector<f64>) -> Result<(DVector<f64>, Linearised)> {
         const ZETA: usize = 2;
         let found = self.least_with(start, &[])?;

@@ -208,7 +208,7 @@ pub struct ProcessModel {
     pub values: DVector<f64>,
     /// Their covariance.
     pub covariance: DMatrix<f64>,
-    /// The number of all estimated values, including levels and initial states.
+    /// The number of all estimated values, including input level and initial states.
     pub sought: usize,
 }
 

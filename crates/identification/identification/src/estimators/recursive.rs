@@ -49,8 +49,8 @@ pub enum Kind {
 pub enum Forgetting {
     /// The forgetting factor per sample, in every direction.
     Constant(f64),
-    /// The same; in addition, after a detected jump of the parameters, everything before it is forgotten. Only for (extended) least
-    /// squares. The other two recursions treat it as constant.
+    /// The same; in addition, after a detected jump of the parameters, all earlier data is forgotten. Only for (extended) least squares. The other
+    /// two recursions treat it as constant.
     OnJump(f64),
     /// The same, but only in the direction of the new row: other directions are kept (Cao and Schwartz, *Automatica* 36, 2000).
     Directional(f64),
@@ -73,7 +73,7 @@ pub struct Options {
     pub initial_covariance: f64,
     /// The limit of the trace of P; `None` for no limit.
     pub covariance_limit: Option<f64>,
-    /// Errors up to this size cause no update, output unit; 0 for none.
+    /// Errors up to this size cause no update, output unit; 0 to disable.
     pub dead_zone: f64,
 }
 
@@ -124,7 +124,7 @@ const FORGETTING_FADES: f64 = 0.98;
 /// Maximum number of halvings of an unstable step; after that the step is skipped.
 const HALVINGS: usize = 8;
 
-/// One of the recursions.
+/// One recursion of the estimator.
 #[derive(Clone, Debug)]
 pub struct Recursion {
     kind: Kind,

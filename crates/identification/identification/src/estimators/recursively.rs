@@ -1,4 +1,4 @@
-//! A recursion over whole records, as a batch estimator.
+//! Runs a recursive method over whole records, as a batch estimator.
 
 use super::equation::Equation;
 use super::estimate::{Error, Estimate};

@@ -20,7 +20,7 @@ const MIN_COST_DECREASE: f64 = 1e-9;
 /// The smallest output error near given poles.
 #[derive(Clone, Debug)]
 pub struct WarmStarted {
-    /// `a1 ... an`; if there are not n of them, those of the smallest output error.
+    /// `a1 ... an`; if their number is not n, those with the smallest output error are used.
     pub poles: Vec<f64>,
     /// Whether to model the noise: `y = (B/A) u + e/D`.
     pub noise: bool,

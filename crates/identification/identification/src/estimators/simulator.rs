@@ -169,9 +169,9 @@ pub(crate) fn coloured(
     unit * triangle.transpose() * (white.sqrt() * lost)
 }
 
-/// The contribution of one output to the covariance of parameters that several outputs determine together, `U U' psi' R psi U U'`. `unit`
-/// is U, a factor of the inverse information of all outputs; `slopes` are psi; R is the covariance of the output's errors with any colour
-/// and this variance. `residuals` are its errors in each record, one below the other like the rows of psi.
+/// Contribution of one output to the covariance of parameters that several outputs determine together, `U U' psi' R psi U U'`. `unit` is U, a factor
+/// of the inverse information of all outputs; `slopes` are psi; R is the covariance of the output's errors, which have this variance and any colour.
+/// `residuals` are its errors in each record, one below the other like the rows of psi.
 #[must_use]
 pub fn coloured_covariance(
     unit: &DMatrix<f64>,

@@ -100,7 +100,7 @@ impl Estimator for TwoStages<'_> {
     }
 }
 
-/// The input responds to the reference at once: S includes the current sample. Shifted by one sample, that is a model with a delay of one.
+/// The input responds to the reference at once: S includes the current sample. Shifted by one sample, S becomes a model with a delay of one sample.
 fn shifted(reference: &[f64], count: usize) -> Result<Vec<f64>> {
     if reference.len() < count {
         return Err(IdentificationError::Record(format!(

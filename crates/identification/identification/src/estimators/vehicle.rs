@@ -6,8 +6,8 @@
 //! w_dot     = epsilon u + eta q - zeta w
 //! y         = q + bias
 //! ```
-//! q, theta and w are measured in the output's unit (that of q, times s, and the unit that nu implies). The heave equation is left out,
-//! known, or known with a relative uncertainty. Then its coefficients are unknowns too, with a prior of that strength:
+//! q, theta and w have the output's unit (the unit of q, times s, and the unit implied by nu). The heave equation is left out, known, or known with a
+//! relative uncertainty. Then the coefficients of heave are unknowns too, with a prior of that strength:
 //! ```text
 //! minimise |y - yhat|^2 / sigma^2 + sum ((p_i - known_i) / deviation_i)^2
 //! ```
@@ -57,7 +57,7 @@ impl Vehicle {
         if self.heave.is_some() { 3 } else { 2 }
     }
 
-    /// The number of estimated coefficients: `kappa`, `beta`, `mu`, and those of heave if they are uncertain.
+    /// The number of estimated coefficients: `kappa`, `beta`, `mu`, and the coefficients of heave if they are uncertain.
     #[must_use]
     pub fn unknowns(&self) -> usize {
         UNKNOWNS + self.prior().len()

@@ -1,4 +1,4 @@
-//! The frequency response of a record: the band of sufficient coherence, and its rows together with those of a model.
+//! The frequency response of a record: the band of sufficient coherence, and table rows that compare it with a model's response.
 
 use planesman_linear::{Complex, ComplexFunctions as _};
 use planesman_wording::setting;
@@ -11,7 +11,7 @@ use planesman_record::Record;
 pub const COHERENCE: f64 = 0.6;
 /// Number of consecutive frequencies within a band at which the coherence may be too low.
 const GAP: usize = 2;
-/// The narrowest band, and the minimum number of frequencies in it.
+/// Width of the narrowest band, and the minimum number of frequencies in a band.
 const OCTAVE: f64 = 2.0;
 const FEWEST: usize = 8;
 
@@ -22,11 +22,11 @@ pub struct Row {
     pub omega: f64,
     /// The magnitude, dB.
     pub decibels: f64,
-    /// Its standard deviation, dB.
+    /// Standard deviation of the magnitude, dB.
     pub decibel_deviation: f64,
     /// The phase, deg, within half a turn of the model's.
     pub phase: f64,
-    /// Its standard deviation, deg.
+    /// Standard deviation of the phase, deg.
     pub phase_deviation: f64,
     /// Standard deviations of the 95 % intervals of both.
     pub sigmas_95: f64,
@@ -86,7 +86,7 @@ impl MeasuredResponse {
         Some((first, used.next_back()?.0.omega))
     }
 
-    /// The response and that of a model at each frequency.
+    /// The measured response and the model's response at each frequency.
     #[must_use]
     pub fn rows(&self, model: impl Fn(f64) -> Option<Complex<f64>>) -> Vec<Row> {
         rows(&self.points, &self.used, model)

@@ -4,7 +4,7 @@
 //! - `response`: spectra, response, coherence and errors at each frequency, combined from several window lengths.
 //! - `measured`: the response of a record, the band of sufficient coherence, and rows together with a model.
 //!
-//! [`FrequencyDomain`](crate::estimators::FrequencyDomain) fits a transfer function to it.
+//! [`FrequencyDomain`](crate::estimators::FrequencyDomain) fits a transfer function to the response.
 
 mod measured;
 mod response;

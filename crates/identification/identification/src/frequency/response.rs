@@ -13,8 +13,8 @@
 //! `(e / e_least)^-4`, where e is the random error of that length alone.
 //!
 //! **Errors.** H is a weighted sum of the output's samples, `H = sum g_n y_n`. With noise v on the output, of spectrum S_v near the
-//! frequency, `var H = S_v sum |g|^2`. This takes account of overlap, composite windows and a chirp that passes a frequency once. S_v is
-//! the spectrum of the output unexplained by H, `S_ee / (1 - q)`, with q the share of the noise that H absorbs. For one input this is
+//! frequency, `var H = S_v sum |g|^2`. This accounts for overlap, composite windows, and a chirp that passes a frequency only once. S_v is the
+//! spectrum of the output unexplained by H, `S_ee / (1 - q)`, with q the share of the noise that H absorbs. For one input this is
 //! ```text
 //! e = sqrt(1 - g2) / (|g| sqrt(2 n_d)),   n_d = 1/q - 1
 //! ```
@@ -41,7 +41,7 @@ pub struct Columns<'a> {
     pub inputs: Vec<&'a [f64]>,
     /// The output.
     pub output: &'a [f64],
-    /// The references of the loop around the inputs, as many as inputs; empty in open loop.
+    /// References of the loop around the inputs, as many as there are inputs; empty in open loop.
     pub references: Vec<&'a [f64]>,
 }
 
@@ -70,9 +70,9 @@ pub struct Point {
     pub coherence: f64,
     /// The equivalent number of independent averages.
     pub averages: f64,
-    /// The spectrum of each input, as the variance of white noise with that spectrum, input unit squared.
+    /// The spectrum of each input, expressed as the variance of white noise with the same density, input unit squared.
     pub inputs: Vec<f64>,
-    /// The spectrum of the noise on the output, as the variance of white noise with that spectrum, output unit squared.
+    /// The spectrum of the noise on the output, expressed as the variance of white noise with the same density, output unit squared.
     pub noise: f64,
     /// The mean length of the windows, samples.
     pub window: f64,

@@ -3,9 +3,9 @@
 //! ```text
 //! t_n = w_n e^(-jwTn) - mean,   w_n = (1 - cos(2 pi n / L)) / 2,   n = 0 ... L-1
 //! ```
-//! The mean of a taper is subtracted from it, which has the same effect as subtracting the mean of each segment. Long windows resolve low
-//! frequencies, short ones average more often (Tischler and Remple, *Aircraft and Rotorcraft System Identification*, 2nd ed., 2012, ch.
-//! 10). Source of the averages: Welch, *IEEE Trans. Audio Electroacoust.* 15, 1967.
+//! The mean of a taper is subtracted from the taper; this has the same effect as subtracting the mean of each segment. Long windows resolve low
+//! frequencies, short ones average more often (Tischler and Remple, *Aircraft and Rotorcraft System Identification*, 2nd ed., 2012, ch. 10). Source
+//! of the averages: Welch, *IEEE Trans. Audio Electroacoust.* 15, 1967.
 
 use std::f64::consts::{PI, TAU};
 
@@ -19,7 +19,7 @@ const SEGMENTS_PER_INPUT: usize = 2;
 /// The shortest window, samples: the minimum for the longest one, and the end of halving.
 const LEAST: usize = 16;
 const SHORTEST: usize = 64;
-/// Maximum number of lengths, each half of the one before.
+/// Maximum number of window lengths; each is half of the previous one.
 const LENGTHS: usize = 5;
 /// Minimum number of cycles of a frequency in the longest window, and in a shorter one: a response that falls like 1/w has a relative error
 /// of `(0.58 / cycles)^2`.

@@ -5,8 +5,8 @@ use super::folds::HALVES;
 use crate::estimators::{Armax, Estimator, LeastSquares, WarmStarted, lies_within};
 use crate::structure::Structure;
 
-/// By how much the fit, %, may be lower without a pole that a zero may cancel: with hardly any noise the smallest nonlinearity would ask
-/// for such a pole.
+/// The maximum decrease of the fit, %, accepted for removing a pole that a zero may cancel: with hardly any noise, the smallest nonlinearity would
+/// require such a pole.
 const UNSEEN: f64 = 0.1;
 
 planesman_wording::choices! {
@@ -24,7 +24,7 @@ planesman_wording::choices! {
     }
 }
 
-/// One candidate with its cross-validation errors.
+/// A candidate with its cross-validation errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
     /// Its kind.
@@ -79,7 +79,7 @@ impl Candidate {
         }
     }
 
-    /// The mean over the blocks of the logarithm of the error, plus `ln N / N` for each parameter, as in the Bayesian criterion for white
+    /// The mean over the blocks of the logarithm of the error, plus `ln N / N` for each parameter, analogous to the Bayesian criterion for white
     /// noise.
     pub(crate) fn score(&self) -> f64 {
         self.penalised(&self.errors)
@@ -115,8 +115,8 @@ impl Candidate {
         lies_within(&self.poles, 1.0)
     }
 
-    /// The best lower-order candidate with newly fitted states, if one of three conditions holds. It is better with such states; or,
-    /// simulated through the records, it is at most a standard error worse than `best`; or the difference is too small to see.
+    /// The best candidate of lower order with newly fitted states, if one of three conditions is satisfied. It is better with such states; simulated
+    /// through the records, it is at most a standard error worse than `best`; or the difference is too small to matter.
     pub(crate) fn simpler<'a>(&self, among: &'a [Self], best: &Self) -> Option<&'a Self> {
         let afresh = |it: &Self| it.penalised(&it.afresh);
         let is_as_good = |it: &Self| {
@@ -141,7 +141,7 @@ impl Candidate {
         pairs.into_iter().all(|(it, other)| *it < share * other)
     }
 
-    /// The ratio of the errors with half the record left out to those with a fifth.
+    /// The ratio of the errors with half the record left out to the errors with a fifth left out.
     #[must_use]
     pub fn half_data_error_ratio(&self) -> f64 {
         let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;

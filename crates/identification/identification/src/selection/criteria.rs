@@ -1,8 +1,8 @@
 //! Order and delay for any estimator, by information criteria and held-out data. [`select`](super::select) needs a candidate's normal
 //! equations, which not every estimator has.
 //!
-//! Every candidate is fitted to the first part of each record and validated on the rest by simulation, and fitted to all of it for the
-//! criteria (Ljung 1999, sec. 16.4)
+//! Every candidate is fitted to the first part of each record, and validated on the rest by simulation. For the criteria it is fitted to all data
+//! (Ljung 1999, sec. 16.4)
 //! ```text
 //! AIC = N ln V + 2 p,   BIC = N ln V + p ln N,   V = mean of the squared residuals
 //! ```
@@ -103,8 +103,8 @@ pub fn first_part<'a>(run: &Run<'a>) -> Run<'a> {
     }
 }
 
-/// The choice: among candidates that simulate held-out data nearly as well as the best, and whose BIC is as good as the lowest of these,
-/// the one with the fewest parameters.
+/// The choice: among candidates that simulate held-out data nearly as well as the best, and whose BIC equals the lowest of these within a margin, the
+/// candidate with the fewest parameters.
 #[must_use]
 pub fn choice(candidates: &[Candidate]) -> Option<&Candidate> {
     let fits = candidates.iter().filter_map(|of| of.held_out_fit);

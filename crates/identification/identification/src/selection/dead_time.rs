@@ -15,7 +15,7 @@ pub(crate) const LONGEST: usize = 1000;
 const SHARE: usize = 4;
 /// Number of samples on both sides of the delay found that are searched.
 const ABOUT: usize = 10;
-/// By how much twice the log-likelihood must exceed that of a shorter delay.
+/// Required increase of twice the log-likelihood, compared with a shorter delay.
 const BEYOND_DOUBT: f64 = 30.0;
 /// Relative ridge on the regressors.
 const RIDGE: f64 = 1e-12;

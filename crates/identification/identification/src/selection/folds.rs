@@ -11,7 +11,7 @@ use planesman_record::{Run, filter};
 
 /// Blocks of half a record.
 pub(crate) const HALVES: usize = 2;
-/// The boundaries of a record's parts, in tenths; halves and fifths consist of them.
+/// The boundaries of a record's parts, in tenths; halves and fifths consist of these parts.
 const TENTHS: [usize; 7] = [0, 2, 4, 5, 6, 8, 10];
 /// The blocks, in tenths.
 const BLOCKS: [Range<usize>; 7] = [0..5, 5..10, 0..2, 2..4, 4..6, 6..8, 8..10];
@@ -92,7 +92,7 @@ impl Folds {
             .collect()
     }
 
-    /// The parts before and after the block in each record, as separate records, if they are at least a tenth of it.
+    /// The parts before and after the block in each record, as separate records, if they are at least a tenth of the record.
     pub(super) fn around<'a>(&self, fold: usize, runs: &[Run<'a>]) -> Vec<Run<'a>> {
         let of = runs.iter().zip(&self.samples).flat_map(|(run, samples)| {
             let Range { start, end } = BLOCKS[fold];
@@ -175,7 +175,7 @@ impl Folds {
     }
 }
 
-/// The initial state of a block; without known input before the block it is fitted in it.
+/// The initial state of a block; it is fitted in the block if the input before the block is not known.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum State<'a> {
     /// From a simulation through the whole records, with these errors.

@@ -1,7 +1,7 @@
 //! Regressions on past outputs and inputs, over whole records and parts, from one matrix of products.
 //!
 //! Columns: `y(k-1) ... y(k-L)`, `u(k) ... u(k-L)`, a constant, and `y(k)` itself. Every difference equation up to order and delay L is a
-//! least-squares problem on some of them.
+//! least-squares problem on some of these columns.
 
 use std::ops::Range;
 

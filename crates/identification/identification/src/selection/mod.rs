@@ -4,17 +4,16 @@
 //! difference equation by least squares (ARX). The searches begin at poles of a high-order equation, reduced to the order (`realisation`).
 //! Each candidate is fitted again with a half, and with a fifth, of every record left out, and simulated there. The state comes from the
 //! samples before; for an ARX model it is fitted in the block. Candidates are compared block by block, by the logarithm of the mean squared
-//! error plus `ln N / N` for each parameter, with N the effective number of samples for coloured residuals. Among those within half a
-//! standard error of the best, the one with the fewest parameters is chosen (Hastie, Tibshirani and Friedman, *The Elements of Statistical
-//! Learning*, 2nd ed., 2009, sec. 7.10). The memory of a pole is limited to the length of the record, unless an unstable difference
-//! equation has half the error or less: then the data demands it. The simulation of an unstable plant has no meaning beyond its time
-//! constant. If the equation with the lowest criterion is unstable, the two are compared in windows of two of its time constants, with the
-//! state fitted in each. An unstable plant is in a closed loop, where output noise biases an equation error: models with a noise model
-//! (ARMAX) are tried too. A stable difference equation is chosen only if there is nothing else: with its state fitted in the block, its
-//! error is optimistic.
+//! error plus `ln N / N` for each parameter, with N the effective number of samples for coloured residuals. Among the candidates within half a
+//! standard error of the best, the one with the fewest parameters is chosen (Hastie, Tibshirani and Friedman, *The Elements of Statistical Learning*,
+//! 2nd ed., 2009, sec. 7.10). The memory of a pole is limited to the length of the record, unless an unstable difference equation has half the error
+//! or less: then the data demands it. The simulation of an unstable plant has no meaning beyond its time constant. If the equation with the lowest
+//! criterion is unstable, the two are compared in windows of two of its time constants, with the state fitted in each. An unstable plant is in a
+//! closed loop, where output noise biases an equation error: models with a noise model (ARMAX) are tried too. A stable difference equation is chosen
+//! only if there is nothing else: with its state fitted in the block, its error is optimistic.
 //!
-//! A pole at that limit is replaced by a model without one that is within a standard error, or nearly as good. If the best stable model has
-//! one, models with an integrator are tried too; those with a smaller error in either half are kept.
+//! A pole at that limit is replaced by a model without one that is within a standard error, or nearly as good. If the best stable model has a pole at
+//! that limit, models with an integrator are tried too; they are kept if their error is smaller in either half.
 
 mod candidate;
 pub mod criteria;
@@ -62,10 +61,10 @@ pub(crate) const STANDARD_ERRORS: f64 = 0.5;
 const SLACK: f64 = 0.1;
 /// The error of an unstable model with half the record left out must be below this share of a stable model's.
 const DEMANDS: f64 = 0.5;
-/// Length of the windows in which unstable models are compared, in time constants, and minimum number of samples.
+/// Length of the windows in which unstable models are compared, in time constants, and their minimum number of samples.
 const UNSTABLE_TIME_CONSTANTS: f64 = 2.0;
 const MIN_WINDOW: usize = 20;
-/// Number of such windows in the records from which an unstable plant grows strongly, and the maximum order of stable models of it.
+/// Number of such windows in the records above which an unstable plant grows strongly, and the maximum order of stable models for such a plant.
 const GROWN: usize = 4;
 const CALM_ORDERS: usize = 2;
 
@@ -311,7 +310,7 @@ fn with_noise_model(
     })
 }
 
-/// The residual variance of a high-order equation of the records: the noise, whatever the model.
+/// The residual variance of a high-order equation of the records, as a model-independent estimate of the noise.
 pub(crate) fn innovation_variance(problem: &Problem<'_>) -> Option<f64> {
     let delay = problem.structure.delay;
     let plain = Problem {
@@ -358,7 +357,7 @@ fn likely_equation(
         .map(|(_, found)| found)
 }
 
-/// The window in which models of a plant with an unstable pole are compared, samples; `None` for a stable one.
+/// The window in which models of a plant with an unstable pole are compared, samples; `None` for a stable plant.
 fn window_of_unstable(a: &[f64]) -> Option<usize> {
     let poles = polynomial::roots(&monic(a)).ok()?;
     let growth = poles
@@ -386,7 +385,7 @@ struct Shared<'a> {
     samples: usize,
     /// Whether the plant is unstable and grows strongly: then a search for stable models would be long and futile.
     grows: bool,
-    /// The window in which a state is fitted instead of simulated through, samples.
+    /// The window in which a state is fitted, instead of a simulation through the record, samples.
     window: Option<usize>,
 }
 

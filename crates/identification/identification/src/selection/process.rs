@@ -35,7 +35,7 @@ const CHANGES: usize = 2;
 const STEPS: f64 = 0.05;
 const STANDS: f64 = 0.1;
 
-/// The forms tried if none is named: real and complex poles are one family.
+/// The forms tried if no form is named; real and complex poles belong to one family.
 const FORMS: [Form; 4] = [
     Form::First,
     Form::Second,
@@ -65,8 +65,8 @@ pub(crate) struct Chosen {
     pub(crate) fit: Option<f64>,
 }
 
-/// The best process model of some records, of a named form or of any. `stood` says that the output of records at rest was constant until a
-/// step, or was said to be at rest. For long records the form is chosen where the input varies most ([`Problem::part`]) and then fitted to
+/// The best process model of some records, of a named form or of any. `stood` means that the output was constant until a step in records at rest, or
+/// that the options say that it was at rest. For long records the form is chosen where the input varies most ([`Problem::part`]) and then fitted to
 /// all; a step test is used as a whole.
 ///
 /// # Errors
@@ -187,9 +187,9 @@ fn slow_poles(of: &Estimate) -> Vec<Complex<f64>> {
     values.filter(|z| distance(z) <= MEMORY).collect()
 }
 
-/// The best process model of a step test, or of records in which the other model may integrate, if its criterion is no worse than the
-/// other's. If the other model surely integrates, or has a slow pair of poles instead of an integrator with a constant at its input, an
-/// integrating process model must have a clearly better criterion: only process models have such a constant.
+/// The best process model for a step test, or for records in which the other model may integrate, if its criterion is no worse than that of the other
+/// model. If the other model surely integrates, or has a slow pair of poles instead of an integrator with a constant at its input, an integrating
+/// process model must have a clearly better criterion: only process models have such a constant.
 pub(crate) fn instead_of(
     problem: &Problem<'_>,
     other: Option<&Estimate>,

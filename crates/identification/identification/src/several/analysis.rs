@@ -22,7 +22,7 @@ use crate::structure::{InitialState, PART, range, variance};
 use crate::uncertainty::Reading;
 use crate::validation::residuals::ResidualTests;
 
-/// Number of first samples in which an input may move and still count as at rest, since an initial motion can account for that.
+/// Number of initial samples in which an input may move and still count as at rest, because an initial motion can explain the effect.
 const FIRST: usize = 2;
 
 /// The transfer function of an input with an effect.
@@ -59,11 +59,11 @@ pub struct InputFindings {
     pub effect: Effect,
     /// The share of the input that the other inputs do not explain.
     pub own: IndependentShare,
-    /// Its model; `None` without an effect.
+    /// The channel's model; `None` if the input has no effect.
     pub model: Option<ChannelModel>,
 }
 
-/// A model of one output, with all results.
+/// The analysis of one output, with all results.
 #[derive(Clone, Debug)]
 pub struct Analysis {
     /// The options of the analysis.
@@ -256,7 +256,7 @@ fn checked<'a>(record: &'a Record, output: usize, options: &Options) -> Result<V
     Ok(segments)
 }
 
-/// Fits candidates to a record relative to its levels and scales.
+/// Fits candidates to a record that is scaled relative to its levels.
 struct Fitter<'a> {
     scaled: &'a Scaled,
     offset: bool,

@@ -16,10 +16,10 @@ use crate::uncertainty::Reading;
 const ROUNDS: usize = 5;
 const STEPS: usize = 60;
 const ENOUGH: f64 = 1e-10;
-/// A prior standard deviation, over the output's, that keeps initial motions near 0 if nothing else separates those of two channels.
+/// A prior standard deviation, relative to the output's, that keeps initial motions near 0 if nothing else separates those of two channels.
 const MOTION: f64 = 1e3;
 
-/// A model of all channels, relative to the levels and scales of its records.
+/// A model of all channels, in the scaled units of its records.
 pub(super) struct Fitted {
     pub(super) layout: Layout,
     pub(super) theta: DVector<f64>,
@@ -182,7 +182,7 @@ impl InUnits {
 }
 
 impl InUnits {
-    /// Whether a zero may cancel a pole in one of the channels.
+    /// Whether a zero may cancel a pole in at least one channel.
     pub(super) fn cancels(&self) -> bool {
         let mut channels = self.channels.iter();
         channels.any(|(_, it)| !Reading::new(it, 0).cancelled_poles().is_empty())

@@ -1,4 +1,4 @@
-//! What is asked of the analysis.
+//! Options of the analysis.
 
 use crate::selection::Kind;
 use crate::structure::InitialState;

@@ -1,11 +1,11 @@
-//! Records relative to their levels and scales: one output, all inputs.
+//! Scaled records, relative to their levels: one output and all inputs.
 
 use planesman_record::{Record, Segment};
 
 use crate::scale::Scale;
 use crate::structure::InitialState;
 
-/// The segments used of a record, with one of its outputs.
+/// The segments of a record that are used, with one output.
 #[derive(Clone, Debug)]
 pub(super) struct Scaled {
     pub(super) segments: Vec<Segment>,
@@ -14,7 +14,7 @@ pub(super) struct Scaled {
 }
 
 impl Scaled {
-    /// From segments and one output; with given scales of other data, if any.
+    /// Scales segments and one output; uses given scales of other data, if there are any.
     pub(super) fn of(
         segments: &[&Segment],
         output: usize,

@@ -1,12 +1,11 @@
 //! The choice of each channel's order and delay, and of the inputs with an effect.
 //!
 //! The search begins with order 1 in every channel, at the delays of the most likely difference equation. Each step changes an order or a
-//! delay in one channel; all parameters are fitted again at each step. It descends twice: first on the simulated error, with the effective
-//! number of samples for a coloured residual, then on the error whitened by the residual's autoregression. In the second descent inputs may
-//! be left out, or added again, by the Bayesian criterion with the delay counted as a parameter: an F test. Models on the path and near its
-//! end are cross-validated, output error and with the noise model, as for one input. The model at the end of the path is chosen if it is
-//! within a standard error of the best. Otherwise, by the rule for one input, the one with the fewest parameters within half a standard
-//! error.
+//! delay in one channel; all parameters are fitted again at each step. The search descends twice: first on the simulated error, with the effective
+//! number of samples for a coloured residual, then on the error whitened by the residual's autoregression. In the second descent inputs may be left
+//! out, or added again, by the Bayesian criterion with the delay counted as a parameter: an F test. Models on the path and near its end are
+//! cross-validated, output error and with the noise model, as for one input. The model at the end of the path is chosen if it is within a standard
+//! error of the best. Otherwise the rule for one input is used: the model with the fewest parameters within half a standard error.
 
 use nalgebra::DVector;
 use planesman_linear::polynomial::product;
@@ -613,8 +612,8 @@ impl<'a> Chooser<'a> {
         })
     }
 
-    /// The F test of each input: for inputs in the model, against the model without it; for others, with it. The residual is whitened by
-    /// the model's autoregression, because slow noise resembles an input's effect.
+    /// The F test of each input: inputs in the model are tested against the model without them; other inputs against the model with them. The
+    /// residual is whitened by the model's autoregression, because slow noise resembles an input's effect.
     fn effects(&self, point: &Point) -> Vec<Effect> {
         let n = self.samples as f64;
         let model = &point.model;
@@ -703,8 +702,8 @@ impl<'a> Chooser<'a> {
         })
     }
 
-    /// The mean squared simulation error over a block, over the output's variance: simulated through from before it, or with the state
-    /// fitted in it if the record begins with it.
+    /// The mean squared simulation error over a block, relative to the output's variance. The simulation comes from before the block, or its state is
+    /// fitted in the block if the record begins there.
     fn error(&self, folds: &Folds, fold: usize, plain: &Equations, found: &DVector<f64>) -> f64 {
         let free = plain.free(found);
         let order = free.len() - 1;

@@ -16,10 +16,10 @@ use crate::uncertainty::{SIGMAS_95, Uncertain};
 use crate::validation::identifiability::{Doubt, excitation_order};
 use crate::validation::residuals::ResidualTests;
 
-/// The share of an input's variation that must be independent to separate its effect from the others', if the data contains little
-/// information on one of them.
+/// Minimum independent share of an input's variation that is needed to separate its effect from other inputs, if the data contains little information
+/// on one of them.
 const OWN: f64 = 0.1;
-/// The same, whatever the data seems to say: below this, only the channels' orders separate the inputs.
+/// The same limit for any data: below this share, only the channels' orders separate the inputs.
 const RIGID: f64 = 1e-3;
 
 impl Analysis {
@@ -145,7 +145,7 @@ impl Analysis {
         found
     }
 
-    /// What the inputs do not excite.
+    /// Inputs with insufficient excitation.
     fn doubts(&self, segments: &[&Segment]) -> Vec<(String, Doubt)> {
         let of = |(number, input, model): (usize, &InputFindings, &ChannelModel)| {
             let structure = &model.estimate.layout.structure;
