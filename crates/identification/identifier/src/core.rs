@@ -89,7 +89,7 @@ impl Identifier {
         &self.pairs[0]
     }
 
-    /// Whether messages on `topic` contain one of the signals.
+    /// Whether messages on `topic` contain a signal of one of the pairs.
     #[must_use]
     pub fn concerns(&self, topic: &str) -> bool {
         self.pairs.iter().any(|pair| pair.config().is_on(topic))
@@ -103,7 +103,7 @@ impl Identifier {
         TopicReader::new(self.pairs.iter().map(Pair::config), topic, types)
     }
 
-    /// Processes a payload; its stamp is `sent` if it has none of its own.
+    /// Processes a payload; `sent` is used as its stamp if it has no stamp of its own.
     pub fn on_payload(&mut self, reader: &mut TopicReader, sent: &Time, payload: &[u8]) -> Outcome {
         let (stamp, due, refused) = learnt(&mut self.pairs, reader.read(payload), sent);
         Outcome {
@@ -113,7 +113,7 @@ impl Identifier {
         }
     }
 
-    /// Processes a message in memory; its stamp is `stamp` if it has none of its own. A message on another topic is ignored. Returns the
+    /// Processes a message in memory; `stamp` is used if the message has no stamp of its own. A message on another topic is ignored. Returns the
     /// estimates due for publication.
     ///
     /// # Errors

@@ -12,7 +12,7 @@ pub enum Error {
     Parameter {
         /// The parameter.
         name: &'static str,
-        /// The value, and what is allowed.
+        /// The value, and the allowed values.
         reason: String,
     },
     /// An entry of the parameter `pairs`.

@@ -225,7 +225,7 @@ impl Learner {
     /// The current estimate, without stamp and names.
     ///
     /// The covariance is the estimator's own: for least squares the residual's variance times `(Phi'Phi)^-1`, which is correct for a white
-    /// residual. It does not include the bias that noise on the measured outputs causes in an equation-error fit.
+    /// residual. The covariance does not include the bias that noise on the measured outputs causes in an equation-error fit.
     #[must_use]
     pub(crate) fn estimate(&self, config: &Config) -> ModelEstimate {
         let Readout { model, covariance } = self.readout(config);

@@ -1,4 +1,4 @@
-//! One pair of signals: the order of its samples, the estimate, and the counters.
+//! One pair of signals: sorts its samples, updates the estimate, and counts.
 //!
 //! - **A gap** in the stamps restarts the history and keeps the estimate.
 //! - **Time going back** (a vehicle that is reset, a bag that loops, a restarted peer) restarts everything, and is counted; a frozen model
@@ -386,8 +386,8 @@ impl Pair {
         }
     }
 
-    /// The latest output's stamp for which all data of its lockstep tick has come: the input over the interval before it, unless the output
-    /// at the beginning of that interval was never seen.
+    /// The latest output stamp for which all data of its lockstep tick has arrived: the input over the interval before the output, unless the output
+    /// at the beginning of that interval is missing.
     #[must_use]
     pub fn answered(&self) -> Option<Time> {
         self.aligner.answered().map(Time::from_nanos)

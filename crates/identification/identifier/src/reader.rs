@@ -46,7 +46,7 @@ const LISTED: usize = 60;
 /// The frame, joint or motor that a signal describes.
 #[derive(Clone, Debug, Default)]
 struct Owner {
-    /// The names of the messages and elements on the path to it.
+    /// The names of the messages and elements on the path to the signal.
     names: Option<Vec<String>>,
     /// Number of consecutive messages with another owner.
     others: u32,

@@ -87,8 +87,8 @@ fn key(estimate: &ModelEstimate) -> Key {
 /// Receives each estimate that is due, with its pair's current state.
 pub type OnEstimate<'a> = dyn FnMut(&ModelEstimate, &Pair) + 'a;
 
-/// Replays a record of one input and one output as the first pair, with the record's sampling interval. The inputs are held over each
-/// interval. There is a gap between two segments.
+/// Replays a record with one input and one output as the first pair, with the record's sampling interval. The inputs are held over each interval.
+/// Two consecutive segments are separated by a gap.
 ///
 /// # Errors
 /// If parameters are invalid.
@@ -355,8 +355,8 @@ fn coefficients(estimate: &ModelEstimate) -> Coefficients {
     [&estimate.a, &estimate.b, &estimate.c].map(Clone::clone)
 }
 
-/// Replayed and published estimates that wait for their counterpart. An estimate is removed once its counterpart has come, so the memory
-/// does not grow with a bag in which all have one.
+/// Replayed and published estimates that wait for their counterpart. An estimate is removed once its counterpart has arrived, so the memory does not
+/// grow if all estimates in the bag have a counterpart.
 #[derive(Default)]
 struct EstimateComparator {
     comparison: Option<Comparison>,

@@ -32,7 +32,7 @@ pub const LARGEST_ORDER: usize = 1100;
 pub struct Error {
     /// The file.
     pub path: String,
-    /// The refused value, and what is allowed.
+    /// The refused value, and the allowed values.
     pub refusal: Refusal,
 }
 
@@ -119,7 +119,7 @@ pub enum Refusal {
     /// A static curve with parameters of another kind.
     #[error("static_curve: invalid kind or parameters")]
     CurveParameters,
-    /// The file has several inputs or outputs, but one of each is needed.
+    /// The file has several inputs or outputs, but one input and one output are needed.
     #[error("the model has several inputs or outputs; only sysid compare can use it")]
     Several,
     /// The covariance of a process model has the wrong size; the right one.
@@ -170,7 +170,7 @@ pub struct Continuous {
     pub delay: f64,
 }
 
-/// The vehicle's own equations, about level flight at [`ModelFile::speed`]:
+/// The vehicle's own equations for level flight at [`ModelFile::speed`]:
 ///
 /// ```text
 /// q_dot     = kappa u - beta q - mu theta + nu w        kappa = K/J, beta = B/J, mu = M_theta/J
@@ -246,7 +246,7 @@ pub struct StaticCurve {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Side {
-    /// In front of them.
+    /// Before the dynamics.
     Input,
     /// Behind them.
     Output,
@@ -256,7 +256,7 @@ pub enum Side {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Parameter {
-    /// Its name in the equation.
+    /// Name of the parameter in the equation.
     pub name: String,
     /// The unit; for a gain the signals' units.
     pub unit: String,
@@ -296,7 +296,7 @@ pub struct ModelFile {
     /// The process model that was fitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub process: Option<Process>,
-    /// The static curve in front of the dynamics or behind them; all other fields describe the linear dynamics.
+    /// The static curve before or after the dynamics; all other fields describe the linear dynamics.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub static_curve: Option<StaticCurve>,
     /// The output's offset.
@@ -429,7 +429,7 @@ impl ModelFile {
             .map_err(|reason| Error::of(path, reason))
     }
 
-    /// The judgement on the model; for a file of the first format from its sentences. `None` if there is none.
+    /// The judgement on the model; for a file of the first format from its sentences. `None` if the file contains no judgement.
     #[must_use]
     pub fn judgement(&self) -> Option<Judgement> {
         (self.judgement.clone()).or_else(|| Judgement::of_sentences(&self.verdict))

@@ -34,7 +34,7 @@ pub struct ChannelModel {
     pub covariance: Vec<Vec<f64>>,
     /// The delay, samples.
     pub delay: usize,
-    /// Its 95 % interval, samples; `None` if the delay was given.
+    /// The 95 % interval of the delay, samples; `None` if the delay was given.
     pub delay_interval: Option<[i64; 2]>,
     /// The continuous model; `None` if a pole has no continuous counterpart.
     pub continuous: Option<Continuous>,
@@ -56,7 +56,7 @@ pub struct ChannelModel {
 pub struct LeftOut {
     /// Its name.
     pub input: String,
-    /// The F statistic with it, and the required one.
+    /// The F statistic of the input, and the required F.
     pub effect: [f64; 2],
 }
 

@@ -1,7 +1,7 @@
 //! A record: inputs and outputs on one uniform grid of instants, the form that every estimator uses.
 //!
 //! A record is a list of *segments*, each without a gap. Between two segments data is missing, or a new run begins: an estimator restarts
-//! its history at each, and the parameters are common to all. In the same way several runs of one vehicle form one record.
+//! its history at each, and the parameters are common to all. Several runs of one vehicle form one record in the same way.
 //!
 //! Within a segment the output is known at the instants `t_k = start + k * sample_time`, and
 //! `inputs[..][k]` acts over the interval from t_k to t_(k+1).
@@ -18,7 +18,7 @@ pub const LONGEST_PAST: usize = 1100;
 /// One record on a uniform grid: `inputs[k]` acts over the interval that begins with `outputs[k]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Run<'a> {
-    /// The input's means over the intervals before the first output, latest last, if known.
+    /// The input's means over the intervals before the first output, latest last, if they are known.
     pub past: &'a [f64],
     /// The input's mean over each interval, the input's unit.
     pub inputs: &'a [f64],
@@ -46,7 +46,7 @@ pub struct Segment {
     pub source: usize,
     /// The first instant, ns on the data's own clock.
     pub start: i64,
-    /// `past[i]`: input i over the intervals before the first instant, latest last, if known. Empty, or one list for each input.
+    /// `past[i]`: input i over the intervals before the first instant, latest last, if they are known. Empty, or one list for each input.
     pub past: Vec<Vec<f64>>,
     /// `inputs[i][k]`: input i over the interval that begins at instant k. All as long as the outputs.
     pub inputs: Vec<Vec<f64>>,
@@ -80,7 +80,7 @@ impl Segment {
         }
     }
 
-    /// Its first input and output; `None` if one is missing.
+    /// The segment's first input and first output; `None` if one is missing.
     #[must_use]
     pub fn run(&self) -> Option<Run<'_>> {
         Some(Run {

@@ -5,7 +5,7 @@
 pub struct StraightLine {
     /// The value in the middle, equal to the mean.
     pub mean: f64,
-    /// Its slope per sample.
+    /// Slope of the line per sample.
     pub slope: f64,
     /// The share of the values' variation about their mean that the line explains, 0 to 1.
     pub share: f64,

@@ -1,4 +1,4 @@
-//! Reads a file with look-ahead, as needed to resynchronise after damage.
+//! Reads a file with look-ahead; this is needed to resynchronise after damage.
 
 use std::fs::File;
 use std::io::{self, Read};

@@ -6,15 +6,14 @@
 //! Instants lie on a grid of one sampling interval through the first stamp seen; a stamp
 //! further than a quarter interval from it is off the grid and left out.
 //!
-//! - **Order.** A sample is passed on as soon as the sample before it has been passed on. The aligner waits for a missing message until an
-//!   output [`WINDOW`] intervals newer has come. Then the missing one is a gap, and the samples restart after it. The very first sample is
-//!   delayed by the same window, since an earlier one may follow. So arrival orders that differ by less than the window give the same
-//!   samples.
+//! - **Order.** A sample is passed on as soon as the previous sample has been passed on. The aligner waits for a missing message until an output
+//!   [`WINDOW`] intervals newer has come. Then the missing sample is a gap, and the samples restart after the gap. The very first sample is delayed
+//!   by the same window, since an earlier one may follow. So arrival orders that differ by less than the window give the same samples.
 //! - **Left out** are repeats, messages that arrive after they were counted as missing, and inputs more than the window ahead of every
 //!   output.
-//! - **Time going back**: two consecutive outputs that are older than the newest by more than the window mean that the clock was set back,
-//!   as by a bag that loops or a restarted simulation. Everything restarts; inputs of the new time that arrived before its outputs are
-//!   kept. A single such output is a late message, and left out.
+//! - Time going back: two consecutive outputs that are older than the newest by more than the window mean that the clock was set back, for example by
+//!   a bag that loops or a restarted simulation. Everything restarts; inputs of the new time that arrived before its outputs are kept. A single such
+//!   output is a late message, and left out.
 //! - **Another grid**: if as many consecutive outputs as the window is long are off the grid, their publisher was restarted, or has a
 //!   slightly different rate. Then a new grid is used.
 //!
@@ -31,7 +30,7 @@ pub const WINDOW: i64 = 16;
 /// In lockstep, how often an output arrives before the aligner stops waiting for its input.
 pub const MAX_REPEATS: u32 = 3;
 
-/// An output and the input over the interval before it.
+/// An output, and the input over the interval before this output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// The output's stamp, ns.
@@ -75,7 +74,7 @@ pub struct Aligner {
     last_input: Option<i64>,
     /// The first instant not yet passed on.
     next: i64,
-    /// Whether the sample at `next` continues the one before it.
+    /// Whether the sample at `next` continues the previous one.
     continuing: bool,
     /// Whether the input has ended, so that nothing is waited for.
     finished: bool,
@@ -180,7 +179,7 @@ impl Aligner {
         Offer::Accepted
     }
 
-    /// Drops everything except these outputs and the inputs that may belong to them.
+    /// Drops everything except these outputs and the inputs that may belong to these outputs.
     fn begin_anew(&mut self, outputs: &[(i64, f64)]) {
         let old_inputs = std::mem::take(&mut self.old_inputs);
         *self = Self::new(self.period);
@@ -258,9 +257,9 @@ impl Aligner {
         self.finished = true;
     }
 
-    /// The latest output's stamp (ns) for which all data that lockstep promises has come: the input over the interval before it, unless the
-    /// output at the beginning of that interval was never seen. An output that has come [`MAX_REPEATS`] times counts as answered without
-    /// its input, which nobody has any more.
+    /// The latest output stamp (ns) for which all data promised by lockstep has arrived: the input over the interval before the output, unless the
+    /// output at the beginning of that interval is missing. An output that has come [`MAX_REPEATS`] times counts as answered without its input, which
+    /// nobody has any more.
     #[must_use]
     pub fn answered(&self) -> Option<i64> {
         self.answered

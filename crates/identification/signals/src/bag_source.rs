@@ -62,7 +62,7 @@ impl BagSource {
         Ok(Self { bag, clock })
     }
 
-    /// The messages of the wanted topics with the types in which the signals were found.
+    /// The messages of the requested topics, with the types in which the signals were found.
     fn messages<'a>(&'a self, wanted: &'a [RequestedSignal], order: Order) -> Messages<'a> {
         self.bag
             .messages_of(|topic| wanted.iter().any(|it| it.is_on(topic)), order)
@@ -113,7 +113,7 @@ impl BagSource {
     }
 }
 
-/// Passes the messages to `take` until it returns false; returns why no more of them can be read.
+/// Passes the messages to `take` until it returns false; returns the reason why no more messages can be read.
 ///
 /// # Errors
 /// Errors of `take`.
@@ -412,7 +412,7 @@ fn short_names(names: &[String]) -> Vec<String> {
     }
 }
 
-/// The topic that was probably meant; without a leading `/`, by the end of its name.
+/// The topic that was probably meant; if the name has no leading `/`, topics are compared by the end of their name.
 fn similar_signal(bag: &BagReader, signal: &Signal) -> String {
     let parts = signal.topic().split('/').count();
     let names = bag.topics().iter().map(|it| it.topic.name.as_str());
@@ -444,7 +444,7 @@ fn sorted<'a>(names: impl Iterator<Item = &'a str>) -> String {
     }
 }
 
-/// How the messages of the wanted topics are read, and the findings so far.
+/// How the messages of the requested topics are read, and the findings so far.
 struct Plans<'w> {
     bag: &'w BagReader,
     wanted: &'w [RequestedSignal],
@@ -452,7 +452,7 @@ struct Plans<'w> {
     list: Vec<Plan>,
     /// By topic, shared by the plans of its files.
     stamps: Vec<Stamps>,
-    /// By topic, shared likewise.
+    /// Publishers by topic, shared in the same way.
     publishers: Vec<Publishers>,
     /// By signal.
     identities: Vec<Identity>,
@@ -476,7 +476,7 @@ impl<'w> Plans<'w> {
         }
     }
 
-    /// Reads a message; returns whether more are wanted.
+    /// Reads a message; returns whether more messages are needed.
     fn read(&mut self, message: &Message, take: &mut Take<'_>) -> Result<bool> {
         let known = self.list.iter();
         let mut known = known.map(|it| &it.topic);
@@ -564,7 +564,7 @@ impl Plan {
         })
     }
 
-    /// Returns whether more are wanted.
+    /// Returns whether more messages are needed.
     fn read(
         &mut self,
         message: &Message,

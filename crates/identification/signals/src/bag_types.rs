@@ -78,7 +78,7 @@ const OBJECTS: usize = 20;
 /// How a user makes a definition available that is not in the bag.
 const RECIPE: &str = "source the workspace that defines it (its prefix in AMENT_PREFIX_PATH) and run this command again, or convert the bag in that workspace with 'ros2 bag convert' to mcap, which adds the definition";
 
-/// What makes messages with such an encoding readable.
+/// Instructions that make messages with this encoding readable.
 fn remedy(bag: &BagReader, topic: &Topic) -> String {
     let (file, name) = (bag.path().display(), &topic.name);
     match topic.kind.message_encoding.as_str() {

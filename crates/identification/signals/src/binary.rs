@@ -11,7 +11,7 @@ pub(crate) fn size(letter: u8) -> Option<usize> {
     })
 }
 
-/// The number at the beginning of the bytes; `None` if they end before it.
+/// The number at the beginning of the bytes; `None` if there are too few bytes.
 pub(crate) fn number(letter: u8, bytes: &[u8]) -> Option<f64> {
     macro_rules! of {
         ($number:ty) => {

@@ -8,13 +8,13 @@ use serde::Serialize;
 use crate::mixture::Mixture;
 use crate::unwrap::{Unwrap, Unwrapper};
 
-/// The share of repeated stamps from which a signal is refused. If every message is recorded twice, half of them are repeats.
+/// The share of repeated stamps from which a signal is refused. If every message is recorded twice, half of the messages are repeats.
 const MOSTLY_REPEATED: f64 = 0.8;
 
 /// The share of samples out of order from which a signal is refused.
 const MOSTLY_LATE: f64 = 0.5;
 
-/// One signal of a record, and how it was resampled.
+/// One signal of a record, and the way it was resampled.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Channel {
     /// The requested name: `TOPIC:FIELD`, or a CSV column.
@@ -28,7 +28,7 @@ pub struct Channel {
     pub held: f64,
     /// Changes made to the samples before resampling.
     pub changes: Vec<Change>,
-    /// Evidence that two sources alternate in the signal, if any.
+    /// Evidence that two sources alternate in the signal; `None` if there is no evidence.
     pub mixture: Option<Mixture>,
 }
 
@@ -42,7 +42,7 @@ pub enum Change {
         samples: f64,
         /// From burst to burst, s.
         period: f64,
-        /// Whether the samples of a burst share one stamp, as with a clock of whole seconds; otherwise they were received at once.
+        /// Whether the samples of a burst share one stamp (a clock of whole seconds); otherwise they were received at once.
         share_a_stamp: bool,
     },
     /// The stamps' resolution is nearly as long as the time between samples; they are spread evenly within it.

@@ -1,10 +1,10 @@
 //! Makes a continuous time from the stamps of clocks that wrap, are set back or restart.
 //!
-//! A stamp behind the newest of its signal is either a late sample, or the clock went back. Late samples fill holes that they left; samples
-//! of a clock that went back are consecutive where samples already are. So a few are stored until that is clear.
+//! A stamp before the newest of its signal is either a late sample, or the clock went back. Late samples fill holes that they left; samples of a
+//! clock that went back are consecutive where samples already are. So a few samples are stored until this is decided.
 //!
-//! - **A wrap** is recognised by its period ([`COUNTERS`], [`CALENDAR`]): the stamps before it reach the period, those after it begin at 0.
-//!   The time continues.
+//! - A wrap is recognised by its period ([`COUNTERS`], [`CALENDAR`]): the stamps before it reach the period, the stamps after it begin at 0. The time
+//!   continues.
 //! - **Otherwise** the length of the interruption is unknown: the stamps continue a little later, and a new segment begins.
 //!
 //! All signals of a record share one clock. When the first signal has gone back, the others are expected to follow.
@@ -17,7 +17,7 @@ use crate::resample::ORDER;
 /// Stamps stored for each signal, to know where samples have been.
 const RECENT: usize = 256;
 
-/// Consecutive samples behind the newest that show that the clock has gone back.
+/// Number of consecutive samples older than the newest that show that the clock has gone back.
 const BEHIND: usize = 8;
 
 /// The number of such samples if the clock is set back by less than that, until it has caught up.
@@ -72,7 +72,7 @@ pub(crate) enum Followed {
 /// A return of the clock to an earlier time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Return {
-    /// The newest stamp before the return, and the first after it, ns.
+    /// The newest stamp before the clock went back, and the first stamp after, ns.
     from: i64,
     to: i64,
     /// The offset added to the stamps from there on, ns.
@@ -103,7 +103,7 @@ struct SignalClock {
     first: Option<i64>,
     /// The latest stamps on the signal's own clock, in order, with their values.
     recent: VecDeque<(i64, f64)>,
-    /// Samples behind the newest, in the order of arrival.
+    /// Samples older than the newest, in the order of arrival.
     behind: Vec<(i64, f64)>,
     /// Samples so far ahead of the newest that they may be damaged, in the order of arrival.
     ahead: Vec<(i64, f64)>,
@@ -148,7 +148,7 @@ impl SignalClock {
         }
     }
 
-    /// Whether the samples behind show that the clock has gone back; `next` is the sample in front, if one has come.
+    /// Whether the older samples show that the clock has gone back; `next` is the next newer sample, if one has arrived.
     fn has_gone_back(&self, next: Option<i64>) -> bool {
         let interval = self.interval();
         let rises = self.behind.windows(2).all(|pair| pair[0].0 < pair[1].0);
@@ -182,7 +182,7 @@ impl ClockFollower {
         }
     }
 
-    /// Takes a sample, and passes on those that are settled.
+    /// Takes a sample, and passes on the samples whose order is decided.
     pub(crate) fn take(
         &mut self,
         signal: usize,
@@ -215,7 +215,8 @@ impl ClockFollower {
         }
     }
 
-    /// Takes a sample that is not behind. One that is far ahead waits for the next ones, which show whether time has jumped there.
+    /// Takes a sample that is not older than the newest. A sample that is far ahead waits for the next ones, which show whether time has jumped
+    /// there.
     fn go_on(&mut self, signal: usize, stamp: i64, value: f64, give: &mut dyn FnMut(Followed)) {
         let stamps = &mut self.signals[signal];
         let newest = stamps.newest();
@@ -296,7 +297,7 @@ impl ClockFollower {
             || distance(next.newest) < distance(next.from)
     }
 
-    /// Decides whether the samples behind the newest are late or the clock went back.
+    /// Decides whether the older samples are late or the clock went back.
     fn settle(&mut self, signal: usize, next: Option<i64>, give: &mut dyn FnMut(Followed)) {
         let stamps = &mut self.signals[signal];
         if let Some((first, _)) = stamps.behind.first().copied()
@@ -311,7 +312,7 @@ impl ClockFollower {
         }
     }
 
-    /// Handles the return of the signal's clock; the samples behind have its new time.
+    /// Handles the return of the signal's clock; the older samples have its new time.
     fn go_back(&mut self, signal: usize, first: i64, give: &mut dyn FnMut(Followed)) {
         let stamps = &self.signals[signal];
         let newest = stamps.newest().unwrap_or(first);

@@ -1,4 +1,4 @@
-//! Samples from columns in memory: lists of numbers of the same length, one of them the time, or rows at a known interval.
+//! Samples from columns in memory: lists of numbers of equal length; one list is the time, or the rows have a known interval.
 
 use planesman_text::did_you_mean;
 

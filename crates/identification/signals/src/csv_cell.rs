@@ -24,13 +24,13 @@ const MISSING: [&str; 14] = [
     "missing",
 ];
 
-/// Whether a cell says that the number is missing.
+/// Whether a cell means that the number is missing.
 pub(crate) fn is_missing(cell: &str) -> bool {
     MISSING.iter().any(|it| it.eq_ignore_ascii_case(cell))
 }
 
-/// The number in a cell. A single comma is a decimal comma: cells separated by commas have none. If thousands are grouped, the last
-/// separator is the decimal one. `true` and `on` are 1, `false` and `off` 0.
+/// The number in a cell. A single comma is a decimal comma: cells separated by commas contain no commas. If thousands are grouped, the last separator
+/// is the decimal one. `true` and `on` are 1, `false` and `off` 0.
 pub(crate) fn number(cell: &str) -> Option<f64> {
     if let Ok(number) = cell.parse() {
         return Some(number);

@@ -3,8 +3,8 @@
 //! - Cells are separated by tabs, semicolons, commas, bars or blanks: the delimiter that gives the most numbers is chosen.
 //! - The first row is the first line with as many cells as the rows below, and with numbers or times in the same columns. A text cell does
 //!   not make the line a header.
-//! - Names are in the line before it, either a comment (`#`, `%`) or words. A line of units may follow the names. Earlier lines are not
-//!   part of the table, and are noted.
+//! - Names are in the line before the first row, either in a comment (`#`, `%`) or as words. A line of units may follow the names. Earlier lines are
+//!   not part of the table, and are noted.
 //! - Without names the columns are `c1`, `c2` and so on.
 
 use std::collections::BTreeMap;
@@ -60,7 +60,7 @@ pub(crate) struct Form {
     comment: u8,
     /// The format of lines printed by a microcontroller.
     pub(crate) serial: SerialForm,
-    /// The lines before it that give an interval between its rows.
+    /// The lines before the table that give an interval between its rows.
     pub(crate) heading: Heading,
     /// Lines before the first row.
     pub(crate) skipped: u64,
@@ -68,7 +68,7 @@ pub(crate) struct Form {
     pub(crate) columns: Vec<String>,
     /// Whether the file has names.
     pub(crate) has_names: bool,
-    /// What was skipped, and whether that is doubtful.
+    /// Notes on what was skipped, and whether the result is doubtful.
     pub(crate) notes: Vec<String>,
 }
 
@@ -144,7 +144,7 @@ impl Form {
         Ok(form.with_names(&lines, &body, &cells))
     }
 
-    /// Finds the first row and the names before it.
+    /// Finds the first row and the line of names before it.
     fn with_names(mut self, lines: &[Line], body: &[&Line], cells: &Cells) -> Result<Self, String> {
         let first = cells.first_row();
         let number = |row: usize| body.get(row).map(|it| it.number);
@@ -273,7 +273,7 @@ impl Form {
         }
     }
 
-    /// The rows of a table of this form, without the lines before them.
+    /// The rows of a table of this form, without the lines before the first row.
     pub(crate) fn rows<R: Read>(&self, input: R) -> RowReader<R> {
         let by_blanks = self.delimiter == Delimiter::Blanks;
         RowReader {
@@ -388,7 +388,7 @@ fn some(names: &[String]) -> String {
     few.collect::<Vec<_>>().join(", ") + more
 }
 
-/// Words separated by blanks, as names: a unit in brackets belongs to the name before it.
+/// Splits words separated by blanks into names: a unit in brackets belongs to the name before it.
 fn attached(words: Vec<String>, by_blanks: bool) -> Vec<String> {
     if !by_blanks {
         return words;
@@ -415,7 +415,7 @@ struct Cells {
     rows: Vec<Vec<String>>,
     /// Number of cells in a row.
     width: usize,
-    /// Counted over the later half of the rows, as the first may be titles.
+    /// The kinds are counted over the later half of the rows, because the first rows may be titles.
     kinds: Vec<Kind>,
     /// Number of numbers and times minus number of texts.
     score: i64,
@@ -561,8 +561,8 @@ fn has_time(names: &[String]) -> bool {
     names.iter().any(|it| time_unit::is_name(it))
 }
 
-/// Whether words below names are units. One must be known or below a time's name, all names must differ and cover each column, and no word
-/// may be a number, a signal's letter or the time's name.
+/// Whether words below names are units. At least one unit must be known or belong to a time; all names must differ and cover each column, and no word
+/// may be a number, a signal's letter or the name of a time.
 fn are_units(words: &[String], names: &[String]) -> bool {
     let all: HashSet<&String> = names.iter().collect();
     let is_name = |it: &String| !it.is_empty() && !is_value(it);

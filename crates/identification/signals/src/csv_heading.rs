@@ -1,5 +1,5 @@
-//! Headings of LabVIEW's measurements (`.lvm`). They give the interval of rows without a time, and a file may have several, each with rows
-//! below it.
+//! Headings of LabVIEW's measurements (`.lvm`). Headings give the interval of rows without a time, and a file may have several headings, each with
+//! rows below it.
 
 use crate::csv_cell::number;
 use crate::csv_time::{self, Order};
@@ -56,7 +56,7 @@ impl Heading {
         begin.checked_add(self.offset as i64)
     }
 
-    /// The time at which its rows begin, ns, if those of the `first` heading begin at 0 and the last row before was at `last`.
+    /// The time at which the heading's rows begin, ns, if the rows of the `first` heading begin at 0 and the last row before was at `last`.
     pub(crate) fn begins(&self, first: &Self, last: i64) -> i64 {
         let known = (self.begin().zip(first.begin())).map(|(own, first)| own.saturating_sub(first));
         let interval = self.interval.unwrap_or_default();

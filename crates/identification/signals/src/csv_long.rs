@@ -1,8 +1,8 @@
-//! Long tables: each row has the numbers of one thing, and a text names the thing: `time,name,value`, as InfluxDB, Grafana and pandas'
-//! `melt` write them, or `time,vehicle,x,y`.
+//! Long tables: each row has the numbers of one series, and a text names the series: `time,name,value`, as written by InfluxDB, Grafana and pandas'
+//! `melt`, or `time,vehicle,x,y`.
 //!
-//! A table is long if its header says so ([`KEYS`], [`VALUES`]), or if its texts change from row to row. The rows of one thing are a
-//! series. Its numbers are signals, named after the series if each row has only one (`depth`), else `x[alpha]`.
+//! A table is long if its header implies this ([`KEYS`], [`VALUES`]), or if its texts change from row to row. The rows with the same name form a
+//! series. The numbers of a series are signals, named after the series if each row has only one number (`depth`), otherwise `x[alpha]`.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -22,11 +22,11 @@ const VALUES: [&str; 8] = [
     "value", "val", "values", "reading", "data", "number", "state", "mean",
 ];
 
-/// The last ones are values only next to one of these names, as in Home Assistant.
+/// The last names are values only next to one of these names, for example in Home Assistant.
 const OF_ENTITIES: usize = 2;
 const OF_STATES: [&str; 3] = ["entity_id", "entity", "statistic_id"];
 
-/// Names of text columns that do not say what a number describes.
+/// Names of text columns that do not identify what a number describes.
 #[rustfmt::skip]
 const NO_KEYS: [&str; 16] = [
     "unit", "units", "quality", "status", "state", "comment", "message", "description", "flag", "type", "mode", "start", "stop", "result",
@@ -63,8 +63,8 @@ fn plain(name: &str) -> String {
     name.trim_start_matches('_').to_ascii_lowercase()
 }
 
-/// The name of each series, and the names that several share. Names come from the texts of one column (`first` if known), and of further
-/// columns if needed to distinguish series.
+/// The name of each series, and the names that several share. Names come from the texts of one column (`first`, if it is known), and of further
+/// columns if they are needed to distinguish series.
 fn labels(
     found: &BTreeMap<Vec<u8>, usize>,
     keys: usize,
@@ -105,7 +105,7 @@ fn labels(
 }
 
 impl LongForm {
-    /// The form of a table with these columns, the first rows and all of them; `None` if the table is not long. `others` are the columns of
+    /// The form of a table with these columns, from its first rows and from all rows; `None` if the table is not long. `others` are the columns of
     /// the time.
     pub(crate) fn find(
         columns: &[String],

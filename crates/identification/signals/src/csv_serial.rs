@@ -19,7 +19,7 @@ const NAMES: usize = 1000;
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct SerialForm {
     pub(crate) has_stamps: bool,
-    /// The names before the numbers; empty if there are none.
+    /// The names before the numbers; empty if there are no names.
     pub(crate) names: Vec<String>,
 }
 

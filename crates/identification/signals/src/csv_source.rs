@@ -1,4 +1,4 @@
-//! Samples from a CSV file: columns of numbers, one of them the time, or rows at a known interval.
+//! Samples from a CSV file: columns of numbers; one column is the time, or the rows have a known interval.
 //!
 //! Delimiter, header and comments are detected ([`Form`]). An empty or non-numeric cell is a missing sample; both are counted for each
 //! column and noted.
@@ -41,7 +41,8 @@ const QUOTED: usize = 40;
 /// How the time of a table is read.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TableTime {
-    /// The column, or two as `SECONDS+NANOSECONDS` or `DATE+TIME`; `None` for the one with a usual name, or a first column that rises.
+    /// The time's column, or two columns as `SECONDS+NANOSECONDS` or `DATE+TIME`; `None` for a column with a usual name, or a first column that
+    /// increases.
     pub column: Option<String>,
     /// The unit of its numbers; `None` for the unit at the end of its name, or seconds.
     pub unit: Option<TimeUnit>,
@@ -74,7 +75,7 @@ pub struct CsvSource {
     path: PathBuf,
     bytes: u64,
     form: Form,
-    /// Its signals, if each row says to which it belongs.
+    /// The signals of a long table, in which each row names its signal.
     long: Option<Box<LongForm>>,
     time: Time,
     written: TimeFormat,
@@ -545,7 +546,7 @@ impl Rows<'_> {
         }
     }
 
-    /// Whether the row belongs to a heading between rows without times; after it they restart.
+    /// Whether the row belongs to a heading between rows without times; after the heading the rows restart.
     fn is_of_heading(&mut self) -> bool {
         let first = &self.table.form.heading;
         let text = |cell| std::str::from_utf8(cell).unwrap_or_default();
@@ -565,7 +566,7 @@ impl Rows<'_> {
         true
     }
 
-    /// Whether the row has the column names in another order, or some of them: another table begins.
+    /// Whether the row contains the column names in another order, or some of them: then another table begins.
     fn has_other_names(&self) -> bool {
         let names = &self.table.form.columns;
         let cells: Vec<&str> = self
@@ -595,7 +596,7 @@ impl Rows<'_> {
         self.table.form.skipped + line
     }
 
-    /// Passes the numbers of the row to `take`; returns whether more are wanted.
+    /// Passes the numbers of the row to `take`; returns whether more rows are needed.
     pub(crate) fn hand(&mut self, stamp: i64, take: &mut Take<'_>) -> bool {
         let line = self.line();
         let mut more = true;
@@ -614,7 +615,7 @@ impl Rows<'_> {
         more
     }
 
-    /// Notes what could not be read.
+    /// Adds notes on values that could not be read.
     ///
     /// # Errors
     /// If no row of the table has a time.
@@ -686,7 +687,7 @@ struct Faults {
     first: Option<(String, u64)>,
     /// The line of the first empty cell.
     first_empty: Option<u64>,
-    /// The first number with three digits after its only separator, as 1.234.
+    /// The first number with three digits after its only separator, for example 1.234.
     grouped: Option<(String, u64)>,
     /// Whether a number has no separator, and whether one has a separator that does not group thousands.
     has_whole: bool,
@@ -702,7 +703,7 @@ struct Units {
     /// The first unit, which may be empty, and another with its line.
     first: String,
     other: Option<(String, u64)>,
-    /// Numbers left out because of their unit, since the first has none.
+    /// Number of values left out because they have a unit, but the first value has none.
     left_out: u64,
 }
 

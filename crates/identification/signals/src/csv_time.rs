@@ -78,7 +78,7 @@ pub(crate) fn date(cell: &str, order: Order) -> Option<i64> {
     (is_clock || parts.date == Day::None).then(|| date.checked_add(parts.time))?
 }
 
-/// The first two numbers of a date in which either may be the day.
+/// The first two numbers of a date, each of which may be the day.
 pub(crate) fn day_and_month(cell: &str) -> Option<(u32, u32)> {
     let parts = Parts::of(cell)?;
     let Day::TimeFormat(text) = &parts.date else {

@@ -1,8 +1,8 @@
 //! Decimates a record that is sampled much faster than its outputs move.
 //!
 //! An output moves that slowly if its autocovariance stays above nine tenths for a hundred samples. The poles of a model then lie so close
-//! to z = 1 that rounding and noise determine them. Every sample of the new record is a mean: an input's over the interval in which it
-//! acts, an output's over as many samples about its instant, so that neither is delayed.
+//! to z = 1 that rounding and noise determine them. Every sample of the new record is a mean: an input is averaged over the interval in which it
+//! acts, an output over the same number of samples about its instant, so that neither is delayed.
 
 use planesman_record::{Record, Segment};
 use planesman_text::setting;
@@ -36,9 +36,9 @@ pub(crate) fn decimate(record: &mut Record) -> Option<String> {
     ))
 }
 
-/// The number of samples over which the autocovariance stays above [`AUTOCOVARIANCE_SHARE`] of its value at a lag of one sample, which
-/// white noise does not affect; at most a tenth of the record. A straight line, the response of an integrator to the mean of its input, is
-/// removed first. `None` if the values are constant.
+/// The number of samples over which the autocovariance stays above [`AUTOCOVARIANCE_SHARE`] of its value at a lag of one sample (which white noise
+/// does not affect); at most a tenth of the record. A straight line, the response of an integrator to the mean of its input, is removed first. `None`
+/// if the values are constant.
 fn stays(values: &[f64]) -> Option<usize> {
     let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
     let middle = (values.len().max(1) - 1) as f64 / 2.0;

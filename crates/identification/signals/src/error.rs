@@ -19,7 +19,7 @@ pub enum SourceError {
         /// The system's reason.
         source: io::Error,
     },
-    /// The data has the wrong format, or none of it can be read.
+    /// The data has the wrong format, or cannot be read at all.
     #[error("{0}")]
     Data(String),
     /// The messages of a topic cannot be read.
@@ -30,13 +30,13 @@ pub enum SourceError {
         /// Why.
         reason: String,
     },
-    /// The data has no such signal, or an option does not apply to it.
+    /// The data does not contain the signal, or an option does not apply to the data.
     #[error("{0}")]
     Request(String),
     /// An invalid table.
     #[error(transparent)]
     Table(#[from] csv::Error),
-    /// A bag that is none.
+    /// The bag is invalid.
     #[error(transparent)]
     Bag(#[from] ReadError),
     /// An invalid signal name.

@@ -16,7 +16,7 @@ use planesman_record::Input;
 
 use crate::channel::Method;
 
-/// The wanted instants among `anchor + k step`.
+/// The requested instants among `anchor + k step`.
 #[derive(Clone, Debug)]
 pub(crate) struct Grid {
     anchor: i64,
@@ -116,12 +116,12 @@ pub(crate) struct Gridder {
 #[derive(Clone, Debug)]
 struct Bin {
     k: i64,
-    /// The first value; means are computed relative to it, so that the mean of equal values is exactly that value.
+    /// The first value; means are computed relative to it, so that the mean of equal values is exact.
     base: f64,
     /// The sum of `(value - base) weight`.
     sum: f64,
     weight: f64,
-    /// The partial first moment. The base does not contribute to it.
+    /// The partial first moment. The base does not contribute to the moment.
     moment: f64,
 }
 

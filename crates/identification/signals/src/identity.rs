@@ -11,8 +11,8 @@ use crate::signal::Signal;
 const MOST_NAMES: usize = 1000;
 const LISTED: usize = 6;
 
-/// This many changes of a name, or one in this many messages, may be a renamed frame. More changes mean two publishers, or two elements
-/// that change places.
+/// This many changes of a name, or one change in this many messages, may be a renamed frame. More changes mean two publishers, or two elements that
+/// change places.
 const RENAMED: u64 = 2;
 const SELDOM: u64 = 1000;
 
@@ -25,24 +25,24 @@ const MOST_NUMBERS: usize = 32;
 #[derive(Debug, Default)]
 pub(crate) struct Identity {
     messages: u64,
-    /// The levels, from the message inwards.
+    /// The nesting levels, from the message inwards.
     levels: Vec<Level>,
 }
 
 /// A message or an element on the path to the number.
 #[derive(Debug, Default)]
 struct Level {
-    /// The number of path steps to this level.
+    /// The number of path steps to this nesting level.
     steps: usize,
     last: Name,
     changes: u64,
-    /// Number of messages of each name, except those of the last name since it came.
+    /// Number of messages for each name, except the current run of messages with the last name.
     names: BTreeMap<Name, u64>,
     since: u64,
 }
 
 impl Identity {
-    /// Records what number `index` of a message describes.
+    /// Records what the message with number `index` describes.
     pub(crate) fn take(&mut self, decoder: &Decoder, index: usize, values: &Values) {
         self.messages += 1;
         for (place, (steps, name)) in decoder.identity(index, values).enumerate() {

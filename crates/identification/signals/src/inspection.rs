@@ -1,4 +1,4 @@
-//! Properties of the samples of a topic or table before a record is made from them, determined and worded as for a record.
+//! Properties of the samples of a topic or table before a record is made from them; determined and described the same way as for a record.
 
 use crate::channel::{Change, Timing};
 use crate::clock::{ClockFollower, Followed};
@@ -184,7 +184,7 @@ impl ValueInspection {
         });
     }
 
-    /// The changes that a record makes to them as an output, and evidence of two alternating sources.
+    /// The changes that a record makes to the samples as an output, and evidence of two alternating sources.
     #[must_use]
     pub fn finish(mut self) -> (Vec<Change>, Option<Mixture>) {
         if self.known.is_none() {

@@ -1,4 +1,4 @@
-//! Several tables as one source: a signal is a column of one of them, and rows are joined by time.
+//! Several tables as one source: a signal is a column of one table, and rows are joined by time.
 //!
 //! Each table has its own time, in its own unit.
 

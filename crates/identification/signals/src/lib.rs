@@ -3,10 +3,10 @@
 //! ```text
 //! Source (bag, CSV table, log, columns) -> Resampler -> Record        messages -> LiveGrid -> Aligner -> Sample
 //! ```
-//! - [`Signal`]: `TOPIC:FIELD`, one number of one message.
+//! - [`Signal`]: `TOPIC:FIELD`, one number of a message.
 //! - [`Source`]: samples of any signals, streamed. [`open`] reads files, [`ColumnSource`] columns in memory.
 //! - [`Meter`], [`Timing`]: rate, jitter, gaps and duplicates of stamps.
-//! - [`Resampler`], [`read_record`]: samples on a grid, as a record of `planesman_record`.
+//! - [`Resampler`], [`read_record`]: samples on a grid, in the form of a `planesman_record` record.
 //! - [`read_samples`]: samples at their original stamps, without a grid.
 //! - [`prepare`]: outliers, segments by excitation, trends and inserted zeros, each a [`Step`] with a sentence on the result.
 //! - [`LiveGrid`], [`Aligner`]: the same for samples as they arrive, with inputs and outputs paired by stamp.

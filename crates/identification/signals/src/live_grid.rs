@@ -1,11 +1,10 @@
 //! Live resampling of signals with different stamps to one grid: like [`crate::gridder`], output by the method linear, input by the method
 //! mean, but the next sample is not known yet. The instants are at whole intervals from the first output's stamp.
 //!
-//! - **An output** is passed on as soon as the sample after it has come. Intervals longer than a gap, or marked as broken, are not
-//!   interpolated.
-//! - **An input** acts until the next one, and without a next one until eight intervals before the newest output. So a setpoint that is
-//!   sent only when it changes is known until it changes. Inputs that come later are left out, so arrival orders that differ by less give
-//!   the same numbers.
+//! - An output is passed on as soon as the next sample has arrived. Intervals longer than a gap, or marked as broken, are not interpolated.
+//! - **An input** acts until the next one, and without a next one until eight intervals before the newest output. So a setpoint that is sent only
+//!   when it changes stays known until its next change. Inputs that come later are left out, so arrival orders that differ by less give the same
+//!   numbers.
 //! - **Time going back** by more than the aligner's window, twice in a row, restarts both on the same grid, with the input of the new time
 //!   if it came before the output.
 //!
@@ -19,7 +18,7 @@ use crate::align::WINDOW;
 use crate::channel::Method;
 use crate::gridder::{Grid, Gridder, Onto, Put};
 
-/// How long to wait for an input behind the newest output, in intervals: half of the aligner's wait.
+/// How long to wait for an input that lags the newest output, in intervals: half of the aligner's wait.
 const PATIENCE: i64 = WINDOW / 2;
 
 /// Maximum number of intervals filled at once or stored; more is a gap.
@@ -87,7 +86,7 @@ impl LiveGrid {
         }
     }
 
-    /// Takes an output. If `broken`, the interval before it is not interpolated. `None` if it is left out.
+    /// Takes an output. If `broken` is set, the interval before this output is not interpolated. `None` if it is left out.
     pub fn output(&mut self, stamp: i64, value: f64, broken: bool) -> Option<Vec<GridSample>> {
         if stamp.saturating_abs() >= FARTHEST {
             return None;

@@ -38,6 +38,6 @@ pub(crate) trait LogReader {
     fn next(&mut self, message: &mut LogMessage) -> io::Result<bool>;
     /// The number of bytes read so far.
     fn position(&self) -> u64;
-    /// Notes on what could not be read.
+    /// Notes on data that could not be read.
     fn notes(&self) -> Vec<String>;
 }

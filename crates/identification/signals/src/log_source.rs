@@ -37,7 +37,7 @@ pub struct LogKind {
     name: &'static str,
     /// The meaning of its stamps.
     stamps: &'static str,
-    /// Makes a reader for a file, or says why the file does not have the format.
+    /// Makes a reader for a file, or returns the reason why the file does not have the format.
     open: fn(File) -> io::Result<Opened>,
 }
 
@@ -101,7 +101,7 @@ pub(crate) fn ends_in(path: &Path, endings: &[&str]) -> bool {
     endings.iter().any(|it| ending.eq_ignore_ascii_case(it))
 }
 
-/// Topic and labels, as in the log.
+/// Topic and labels, as written in the log.
 type Key = (String, [String; 2]);
 
 /// The signals of a topic with its labels.
@@ -201,7 +201,7 @@ impl LogSource {
         }
     }
 
-    /// Calls `take` with every message and its end position, until `take` returns false; returns what could not be read.
+    /// Calls `take` with every message and its end position, until `take` returns false; returns notes on data that could not be read.
     fn each(&self, take: &mut dyn FnMut(&LogMessage, u64) -> bool) -> Result<Vec<String>> {
         let unreadable = SourceError::unreadable(&self.path);
         let file = File::open(&self.path).map_err(unreadable)?;

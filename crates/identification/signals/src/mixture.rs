@@ -1,8 +1,8 @@
 //! Detects two sources in one signal: two publishers whose samples alternate, if nothing in the messages distinguishes them.
 //!
-//! A sample of the second source lies far from the samples before and after it, which lie near each other. With one publisher such a sample
-//! is an outlier: it replaces a good one in time, and does not resemble the next outlier. With two publishers it is an additional sample
-//! between two at the usual distance, and the next of its kind lies near it.
+//! A sample of the second source is far from the samples before and after it, while these are close to each other. With one publisher such a sample
+//! is an outlier: it replaces a good one in time, and does not resemble the next outlier. With two publishers it is an additional sample between two
+//! at the usual distance, and the next of its kind lies near it.
 
 use std::fmt;
 
@@ -16,7 +16,7 @@ const FEWEST: usize = 40;
 /// Number of samples examined together.
 const BLOCK: usize = 1000;
 
-/// A sample is off if its neighbours differ by less than this share of their distance from it.
+/// A sample is off if the difference of its neighbours is below this share of their distance from it.
 const NEAR: f64 = 0.3;
 
 /// The share of samples that are off if two publishers alternate one by one.
@@ -40,7 +40,7 @@ pub struct Mixture {
     pub samples: usize,
     /// Number of samples off the course of their neighbours.
     pub off: usize,
-    /// Two consecutive values, one of each source.
+    /// Two consecutive values, one from each source.
     pub values: [f64; 2],
 }
 

@@ -43,8 +43,8 @@ pub fn is_record(path: &Path) -> bool {
     is_table(path) || LogKind::of(path).is_some()
 }
 
-/// Whether a file in a folder is data by itself, by its ending: a bag's file, a table or a log. A compressed copy of an uncompressed file
-/// next to it does not count.
+/// Whether a file in a folder is data by itself, by its ending: a bag's file, a table or a log. A compressed copy next to its uncompressed file does
+/// not count.
 #[must_use]
 pub fn is_data(path: &Path) -> bool {
     let unpacked = path.with_extension("");
@@ -141,7 +141,7 @@ fn foreign(path: &Path) -> Option<&'static Foreign> {
         .or_else(|| FOREIGN.iter().find(is_called))
 }
 
-/// Whether the text contains CAN frames: with the base of their numbers, as from Vector's tools, or as from candump,
+/// Whether the text contains CAN frames: with a heading that names the base of their numbers (Vector's tools), or in the form of candump,
 /// `(1436509052.249713) can0 044#2A36`.
 fn are_frames(text: &str) -> bool {
     let mut lines = text.lines().map(str::trim_start);

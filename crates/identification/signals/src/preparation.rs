@@ -4,8 +4,7 @@
 //!   two. The threshold is at least a fifth of the signal's own range, and a multiple of the signal's usual distance. For an output the
 //!   usual distance is computed separately for samples just after a change of the input, so that a response to a pulse is not an outlier.
 //! - **Prefiltering** applies a frequency band to every signal.
-//! - **A segment by excitation** is the longest part of each segment in which the input moves, with what it does
-//!   afterwards.
+//! - A segment chosen by excitation is the longest part of each segment in which the input moves, including the response afterwards.
 //! - **Detrending** subtracts from each signal of each segment its mean, or the least-squares straight line.
 //! - **Prewindowing** inserts zeros before each segment: rows of the difference equation then begin with its first sample (Brunner 1988,
 //!   ch. V.F).
@@ -27,8 +26,8 @@ const OUTLIER_FACTOR: f64 = 6.0;
 /// The same for an input, which may consist of pulses.
 const INPUT_OUTLIER_FACTOR: f64 = 20.0;
 
-/// Number of samples after a change of the input, and at the beginning, that form a separate kind: their medians include values from before
-/// and after it.
+/// Number of samples after a change of the input, and at the beginning, that are treated separately: their medians include values from before and
+/// after the change.
 const RESPONSE_SAMPLES: usize = 2 * HAMPEL_SIDE;
 
 /// With fewer samples of a kind the usual distance is unknown.
@@ -37,7 +36,7 @@ const MIN_SAMPLES_OF_KIND: usize = 50;
 /// Distances below this share of the signal's own range are harmless.
 const HARMLESS_SHARE: f64 = 0.2;
 
-/// The quantile of the distances that counts as usual: a change moves at least one of the [`RESPONSE_SAMPLES`] samples after it.
+/// The quantile of the distances that counts as usual: a change moves at least one of the [`RESPONSE_SAMPLES`] samples after the change.
 const USUAL_SHARE: f64 = 0.95;
 
 /// Maximum number of consecutive outliers; more are not a sensor fault.
@@ -305,7 +304,7 @@ fn values(segment: &Segment, signal: usize) -> &[f64] {
     lists.nth(signal).map_or(&[], Vec::as_slice)
 }
 
-/// A number with few digits, whatever its size.
+/// A number with few digits, independent of its size.
 struct Short(f64);
 
 impl std::fmt::Display for Short {
@@ -443,7 +442,7 @@ fn bridge(list: &mut [f64], places: &[usize]) {
     }
 }
 
-/// Keeps of each segment the longest part in which the first input moves; segments in which it never moves are left out.
+/// Keeps the longest part of each segment in which the first input moves; segments in which it never moves are left out.
 fn excited_segment(record: &mut Record) -> Option<Step> {
     let all: Vec<f64> = record
         .segments
@@ -488,8 +487,8 @@ fn excited_segment(record: &mut Record) -> Option<Step> {
     })
 }
 
-/// The longest part of a segment in which its input keeps changing by `least`, from the first sample up to `end`. Pauses between changes
-/// are at most as long as the tail kept after the last change.
+/// The longest part of a segment in which its input keeps changing by `least`, within the first `end` samples. Pauses between changes are at most as
+/// long as the tail kept after the last change.
 fn moving_part(segment: &Segment, least: f64) -> Option<(usize, usize)> {
     let input = segment.inputs.first()?;
     let mut level = *input.first()?;
@@ -521,7 +520,7 @@ fn moving_part(segment: &Segment, least: f64) -> Option<(usize, usize)> {
     parts.max_by_key(|(first, end)| end - first)
 }
 
-/// Subtracts a mean or line from every signal of every segment; reports those of the longest.
+/// Subtracts a mean or a line from every signal of every segment; reports the values of the longest segment.
 fn detrend(record: &mut Record, trend: Trend) -> Vec<Step> {
     let longest = (0..record.segments.len()).max_by_key(|it| record.segments[*it].len());
     let names: Vec<String> = record

@@ -1,4 +1,4 @@
-//! A record from data: named signals of one source, resampled to one grid.
+//! A record from data: named signals of one source, resampled to a common grid.
 
 use planesman_text::{option, setting};
 use std::cell::Cell;
@@ -20,7 +20,7 @@ const DECIMATED_RATE_FACTOR: f64 = 1.9;
 /// The share of samples out of order that is reported.
 const LATE: f64 = 0.02;
 
-/// One source of a record, numbered as in [`Segment::source`](planesman_record::Segment).
+/// One source of a record, with the same number as in [`Segment::source`](planesman_record::Segment).
 #[derive(Clone, Debug, PartialEq)]
 pub struct SourceOfRecord {
     /// Its files.
@@ -63,7 +63,7 @@ impl PreparedRecord {
         self
     }
 
-    /// This record, prepared further.
+    /// This record after further preparation.
     #[must_use]
     pub fn prepared(mut self, preparation: &Preparation) -> Self {
         self.steps = decimation(&self.resampled);
@@ -257,7 +257,7 @@ fn check_times(resampled: &Resampled, windows: &[Options]) -> Result<()> {
     Ok(())
 }
 
-/// Reports samples that were left out because their stamps are earlier than those before them.
+/// Reports samples that were left out because their stamps are earlier than those of the samples before.
 fn check_order(resampled: &Resampled, reading: &mut Reading) -> Result<()> {
     for channel in resampled.inputs.iter().chain(&resampled.outputs) {
         let timing = &channel.timing;

@@ -1,8 +1,8 @@
 //! Finds which of several publishers of a topic sent a message, if the bag shows it: by its channel, and by the sequence numbers of each
 //! publisher.
 //!
-//! Messages of one publisher are numbered one by one; of two publishers each continues its own numbers. A skipped number that comes late
-//! belongs to the publisher that skipped it. Recorders without sequence numbers write 0.
+//! Messages of one publisher have consecutive numbers; with two publishers, each continues its own numbers. A skipped number that comes late belongs
+//! to the publisher that skipped it. Recorders without sequence numbers write 0.
 
 use std::collections::VecDeque;
 
@@ -16,7 +16,7 @@ use crate::signal::Signal;
 const MOST: usize = 32;
 const LATE: usize = 64;
 
-/// A publisher must have at least this many messages and this share, and messages must return to it at least this often.
+/// A publisher must have at least this many messages and this share of all messages, and the topic must return to this publisher at least this often.
 const FEWEST: u64 = 10;
 const SHARE: f64 = 0.02;
 
@@ -32,7 +32,7 @@ struct Publisher {
     /// The latest sequence number and its time, ns.
     number: u32,
     time: i64,
-    /// The usual time between two, ns; 0 before it is known.
+    /// The usual time between two messages, ns; 0 before it is known.
     interval: f64,
     /// Skipped numbers.
     passed: VecDeque<u32>,
@@ -103,7 +103,7 @@ impl Publishers {
         place + 1
     }
 
-    /// The path without its prefix `[publisher=2]`, and the publisher in it.
+    /// The path without its prefix `[publisher=2]`, and the selected publisher.
     pub(crate) fn chosen(path: &FieldPath) -> (FieldPath, Option<usize>) {
         let Some((Step::Named(name), steps)) = path.steps.split_first() else {
             return (path.clone(), None);

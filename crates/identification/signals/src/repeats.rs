@@ -1,11 +1,11 @@
-//! Finds the samples of a slow sensor in a fast log, in which each is repeated until the next.
+//! Finds the samples of a slow sensor in a fast log, which repeats each sample until the next.
 
 use crate::channel::Change;
 
 /// Number of new values from which the sensor's rate is found.
 const FEWEST: usize = 10;
 
-/// The share of new values that must come the same number of rows after the one before, within one row.
+/// The share of new values that must arrive the same number of rows after the previous new value, within one row.
 const MOST: f64 = 0.85;
 
 /// The share of new values that must be unique: a switch has few.
@@ -57,7 +57,7 @@ impl Repeats {
         }
     }
 
-    /// The change that a record makes to them.
+    /// The change that a record makes to the samples.
     pub(crate) fn change(&self) -> Change {
         Change::RepeatsLeftOut { rows: self.rows }
     }

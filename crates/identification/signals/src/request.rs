@@ -80,7 +80,7 @@ pub struct Reading {
     pub notes: Vec<String>,
     /// Findings about the clock that affect a model: where it goes back, or seems to have another unit.
     pub clock: Vec<String>,
-    /// Signals in which two sources seem to alternate.
+    /// Signals that seem to mix two sources.
     pub mixed: Vec<String>,
     /// Whether all times may be wrong.
     pub is_time_doubtful: bool,
@@ -139,7 +139,7 @@ impl Reading {
 /// The interval of progress reports, in rows or messages.
 pub(crate) const PROGRESS_INTERVAL: u64 = 4096;
 
-/// The place of each request; those of an input and an output must differ, or the model would be 1.
+/// The place of each request; input and output must have different places, otherwise the model would be 1.
 ///
 /// # Errors
 /// Errors of `find`, or a sentence with the signal's name.

@@ -3,13 +3,13 @@
 //! Signals are processed as they come, roughly in the order of stamps ([`ORDER`] samples are delayed for sorting). The memory grows with
 //! the record, not with the data.
 //!
-//! - **The grid** begins at the first output's first sample, so that data on a grid is not changed. Its interval is the requested one, or
-//!   the median interval of the slowest output among the first [`PRELUDE`] samples (for bursts the mean). If it is within half a per cent
-//!   of a whole number of hertz or milliseconds, that is used, unless the stamps fit another grid.
-//! - **The methods** are explained at [`Method`]. An input acts over the interval that begins at an instant; the last sample before a gap
-//!   is held to the end of its interval.
+//! - **The grid** begins at the first output's first sample, so that data on a grid is not changed. The grid interval is the requested one, or the
+//!   median interval of the slowest output among the first [`PRELUDE`] samples (for bursts the mean). If it is within half a per cent of a whole
+//!   number of hertz or milliseconds, that is used, unless the stamps fit another grid.
+//! - **The methods** are explained at [`Method`]. An input acts over the interval that begins at a grid instant; the last sample before a gap is held
+//!   to the end of its interval.
 //! - **A gap** of an output is an interval longer than `max_gap`, by default five median intervals of that signal or two and a half of the
-//!   grid, whichever is longer. It is not interpolated: the record's segment ends, and another begins.
+//!   grid, whichever is longer. A gap is not interpolated: the record's segment ends, and another begins.
 //! - **A pause** of a held input (methods mean and hold) is not a gap: a setpoint that is sent only when it changes is known until it
 //!   changes. Each sample acts until the next, the last one until the outputs end; [`Channel::held`] is the longest such time. An explicit
 //!   `max_gap` makes such pauses gaps too.
@@ -77,7 +77,7 @@ pub enum GridError {
     /// The signals have no common time.
     #[error("there is no time{within} at which all signals are known: {spans}")]
     NoCommonInstant {
-        /// The window, if there is one.
+        /// The window as text, if there is one.
         within: String,
         /// The time span of each signal.
         spans: String,
@@ -87,7 +87,7 @@ pub enum GridError {
 /// Options of the gridding.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// Grid rate, Hz; `None` for that of the slowest output.
+    /// Grid rate, Hz; `None` for the rate of the slowest output.
     pub rate: Option<f64>,
     /// Seconds from the first output's first sample.
     pub window: RangeInclusive<f64>,
@@ -442,7 +442,7 @@ impl Running {
     }
 }
 
-/// The state of resampling one signal. It fills no interval with more instants than a record can have.
+/// The state of resampling one signal. The track never fills an interval with more instants than a record can have.
 #[derive(Clone, Debug)]
 struct Track {
     /// Whether samples are held until the next.
@@ -451,7 +451,7 @@ struct Track {
     long: i64,
     /// The longest interval that is not a gap, ns; unlimited if a sample acts until the next.
     max_gap: Option<i64>,
-    /// The longest time for which a sample acted, ns; 0 if none was long.
+    /// The longest time for which a sample acted, ns; 0 if no time was long.
     longest_hold: i64,
     mixtures: Mixtures,
     sieve: DuplicateFilter,
@@ -483,7 +483,7 @@ struct Run {
 #[derive(Clone, Debug)]
 enum Values {
     List(Vec<f64>),
-    /// One value, repeated this many times.
+    /// One value that is repeated this many times.
     Held(f64, i64),
 }
 
@@ -582,7 +582,7 @@ impl Track {
         self.last = Some(next);
     }
 
-    /// Resamples all pending samples; one without a gap after it acts until `until`.
+    /// Resamples all pending samples; a sample without a gap after it acts until `until`.
     fn finish(&mut self, grid: &Grid, meter: &mut Meter, until: i64) {
         self.give_out_all(grid, meter);
         self.mixtures.finish();

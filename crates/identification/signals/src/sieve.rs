@@ -6,7 +6,7 @@ use crate::repeats::{Repeats, rows_per_sample};
 use crate::spread::{Bursts, LostDigits, Spreader, mean_interval};
 use crate::unwrap::{Unwrap, Unwrapper};
 
-/// Number of unique stamps before shared ones, from which the interval is found, and the share of repeated stamps after them.
+/// Minimum number of unique stamps before shared ones, used to find the interval; and the required share of repeated stamps after these.
 const LONG: usize = 50;
 const SHARED: f64 = 0.3;
 
@@ -18,7 +18,7 @@ const UNEVEN: f64 = 1.5;
 pub(crate) struct DuplicateFilter {
     /// From sample to sample, ns; 0 where fewer than two are known.
     pub(crate) interval: f64,
-    /// The step of a grid for them, ns.
+    /// The grid step for the samples, ns.
     pub(crate) step: f64,
     bursts: Option<Bursts>,
     pub(crate) spreader: Option<Spreader>,
@@ -89,7 +89,7 @@ impl DuplicateFilter {
         changed
     }
 
-    /// What was done to the samples.
+    /// The changes made to the samples.
     pub(crate) fn changes(&self) -> Vec<Change> {
         let spread = self.bursts.map(|it| it.change());
         let repeats = self.repeats.map(|it| it.change());
@@ -130,8 +130,8 @@ pub(crate) fn interval(stamps: &[i64]) -> f64 {
 const ON_GRID: f64 = 0.95;
 const NEAR: f64 = 0.1;
 
-/// The step of a grid for samples at this interval: rounded, unless the stamps fit a grid of their own better than the rounded one, as for
-/// a camera with 29.97 frames a second.
+/// The grid step for samples with this interval: rounded, unless the stamps fit an unrounded grid better, for example those of a camera with 29.97
+/// frames per second.
 fn grid_step(interval: f64, stamps: &[i64]) -> f64 {
     let round = rounded(interval);
     let [first, .., last] = stamps else {

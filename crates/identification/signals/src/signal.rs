@@ -1,13 +1,13 @@
-//! A signal by name: `TOPIC:FIELD`, one number of one message.
+//! A signal by name: `TOPIC:FIELD`, one number of a message.
 //!
-//! - `TOPIC` is a topic as ROS names it. With a leading `/` it means only that topic; without, any topic that ends in it, so `state` finds
-//!   `/auv/state`.
+//! - `TOPIC` is a topic as ROS names it. A name with a leading `/` means only that topic; without the slash, it means any topic that ends in the
+//!   name: `state` finds `/auv/state`.
 //! - `FIELD` is a path into the message: `pitch_rate`, `position[0]`, `position[shoulder]`, `twist.twist.angular.y`.
 //!
 //! A field that is a list, without an index, is the signal's time history over the interval that begins at the message's stamp: evenly
-//! spaced samples from beginning to end, linear in between (for example `planesman_msgs/PlaneMotion`). As an input it gives a mean, by the
-//! trapezoid rule, and a first moment; as an output its first sample, the value at the stamp. As an input, a field that is a number is held
-//! over the interval.
+//! spaced samples from beginning to end, linear in between (for example `planesman_msgs/PlaneMotion`). A motion as an input gives a mean, by the
+//! trapezoid rule, and a first moment; as an output its first sample, the value at the stamp. As an input, a field that is a number is held over the
+//! interval.
 
 use std::fmt;
 use std::str::FromStr;
@@ -16,7 +16,7 @@ use planesman_decode::FieldPath;
 use planesman_record::Input;
 use thiserror::Error;
 
-/// The largest accepted magnitude. It is beyond any physical signal in any unit, and small enough that no sum of squares overflows.
+/// The largest accepted magnitude. The limit is beyond any physical signal in any unit, and small enough that no sum of squares overflows.
 pub const LARGEST: f64 = 1e30;
 
 /// Why a signal is refused.

@@ -17,13 +17,13 @@ pub struct SourceTopic {
     pub name: String,
     /// The type of its messages; empty for a table.
     pub type_name: &'static str,
-    /// One request for each field, in the order in which a message has them.
+    /// One request for each field, in the order of the message.
     pub requests: Vec<Request>,
 }
 
 /// An open source of samples.
 pub trait Source: Debug {
-    /// Its files, for people.
+    /// Names of the source's files, for display.
     fn name(&self) -> String;
 
     /// Number of bytes to be read.
@@ -49,12 +49,12 @@ pub trait Source: Debug {
         None
     }
 
-    /// Its topics; empty for a bag.
+    /// Topics of the source; empty for a bag.
     fn topics(&self) -> Vec<SourceTopic> {
         Vec::new()
     }
 
-    /// Its tables, if there are several and each has all of these signals: each is then a separate experiment.
+    /// The source's tables, if there are several and each has all of these signals: each table is then a separate experiment.
     fn experiments(&self, _signals: &[String]) -> Vec<Box<dyn Source>> {
         Vec::new()
     }
@@ -71,7 +71,7 @@ pub trait Source: Debug {
     ) -> Result<Reading>;
 }
 
-/// Samples of some signals of a source, read once into memory, so that records of any of them need no second reading.
+/// Samples of some signals of a source, read once into memory; records of these signals then need no second reading.
 #[derive(Debug)]
 pub struct KeptSource {
     source: Box<dyn Source>,

@@ -1,8 +1,8 @@
 //! Spreads samples that share a stamp, or come in bursts, over the time that they represent.
 //!
-//! A clock of whole seconds gives all samples of a second the same stamp: their true times are after it. A recorder that wakes up now and
-//! then receives several at once: their true times are before their stamp. In both cases the number per burst and the time between bursts
-//! give the interval, which differences between neighbouring stamps do not.
+//! A clock of whole seconds gives all samples of a second the same stamp: their true times are after this stamp. A recorder that wakes up now and
+//! then receives several at once: their true times are before their stamp. In both cases the number per burst and the time between bursts give the
+//! interval, which differences between neighbouring stamps do not.
 
 use std::collections::BTreeMap;
 
@@ -41,7 +41,7 @@ pub(crate) struct Bursts {
     pub(crate) interval: f64,
     /// From burst to burst, ns.
     pub(crate) period: f64,
-    /// Whether samples of a burst share one stamp, that of its beginning.
+    /// Whether the samples of a burst share one stamp, the time of the burst's beginning.
     pub(crate) share_a_stamp: bool,
     /// From the first burst's stamp to the first sample, ns.
     first: f64,
@@ -51,7 +51,7 @@ pub(crate) struct Bursts {
     is_late: bool,
 }
 
-/// The mean interval of sorted stamps without gaps, ns; 0 for none.
+/// The mean interval of sorted stamps without gaps, ns; 0 if there is no interval.
 pub(crate) fn mean_interval(stamps: &[i64]) -> f64 {
     let mut intervals: Vec<f64> = (stamps.windows(2))
         .map(|pair| (pair[1] - pair[0]) as f64)
@@ -136,7 +136,7 @@ impl Bursts {
     }
 
     /// Samples that come one by one, with stamps rounded to a clock step of about their interval: stamps in whole milliseconds 400 times a
-    /// second. They follow an even time within these steps, unlike rows of which some are missing.
+    /// second. The stamps follow uniform times within these steps, in contrast to rows of which some are missing.
     pub(crate) fn in_steps(stamps: &[i64]) -> Option<Self> {
         let steps = || stamps.windows(2).map(|it| it[1] - it[0]);
         let step = steps().fold(0, greatest_common_divisor);
@@ -189,13 +189,13 @@ fn greatest_common_divisor(a: i64, b: i64) -> i64 {
     }
 }
 
-/// For stamps that have lost digits: the interval between samples that share a stamp, in usual ones, and the number of samples of one stamp
-/// that are stored.
+/// For stamps that have lost digits: range of the interval between samples that share a stamp, relative to the usual interval, and the number of
+/// samples of one stamp that are stored.
 const LOST_DIGITS: std::ops::Range<f64> = 0.7..1.4;
 const MOST_KEPT: usize = 10_000;
 
-/// Watches stamps that come one by one. Digits are lost if so many samples share each stamp that the time between two stamps is the time of
-/// these samples, as when all numbers have five digits and the seconds begin to need four.
+/// Watches stamps that come one by one. Digits are lost if so many samples share each stamp that the time between two stamps is the duration of these
+/// samples. For example, all numbers have five digits, and the seconds begin to need four of them.
 #[derive(Clone, Debug)]
 pub(crate) struct LostDigits {
     /// The usual interval, ns.
@@ -252,11 +252,11 @@ impl LostDigits {
     }
 }
 
-/// Spreads the samples of one signal as they come: each an interval after the one before, within the range that its stamp allows.
+/// Spreads the samples of one signal as they arrive: each is an interval after the previous sample, within the range that its stamp allows.
 #[derive(Clone, Debug)]
 pub(crate) struct Spreader {
     pub(crate) bursts: Bursts,
-    /// The last sample's stamp, and the time added to it, ns.
+    /// The last sample's stamp, and the time added to this stamp, ns.
     last: Option<(i64, f64)>,
     /// The stamps of the previous and the current burst, ns.
     before: Option<i64>,

@@ -21,13 +21,13 @@ const CALENDAR: i64 = 8_640_000_000_000_000;
 /// Number of messages needed to judge stamps.
 const FEW: u64 = 20;
 
-/// The stamps of a topic, as its messages came.
+/// The stamps of a topic, in the order of its messages.
 #[derive(Clone, Debug)]
 pub struct Stamps {
     pub(crate) topic: String,
     messages: u64,
     last: Option<i64>,
-    /// Number of stamps equal to that of the message before, and of unfilled stamps.
+    /// Number of stamps equal to the previous stamp, and of unfilled stamps.
     repeats: u64,
     unfilled: u64,
     /// The newest, ns.
@@ -59,8 +59,8 @@ impl Stamps {
         }
     }
 
-    /// Takes a message's own stamp, if it has one. Returns whether that stamp is filled. A zero may be the beginning of simulated time. It
-    /// is unfilled after another zero, and if other stamps are calendar dates.
+    /// Takes a message's own stamp, if it has one. Returns whether that stamp is filled. A zero may be the beginning of simulated time. A zero stamp
+    /// counts as unfilled after another zero, and if other stamps are calendar dates.
     pub fn take(&mut self, own: Option<i64>, log_time: i64) -> bool {
         let stamp = own.unwrap_or(log_time);
         self.messages += 1;

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::quantile::median;
 
-/// Present days counted from 1900, as in Excel, and from the year 0, as in MATLAB; with the day number of 1970-01-01.
+/// Present days counted from 1900 (Excel) and from the year 0 (MATLAB), with the day number of 1970-01-01.
 const DAYS: [(Range<f64>, f64); 2] = [
     (20_000.0..90_000.0, 25_569.0),
     (700_000.0..800_000.0, 719_529.0),
@@ -26,7 +26,7 @@ planesman_text::choices! {
 }
 
 impl TimeUnit {
-    /// The unit with that name, as at the end of a column's name.
+    /// The unit with this name, for example at the end of a column's name.
     #[must_use]
     pub fn named(text: &str) -> Option<Self> {
         Some(match text {
@@ -174,7 +174,7 @@ pub(crate) fn column<'a>(columns: impl Iterator<Item = &'a str> + Clone) -> Opti
     by_name.or_else(|| columns.clone().position(is_unit))
 }
 
-/// Whether a name is that of a time, not of a unit.
+/// Whether a name is that of a time, in contrast to that of a unit.
 pub(crate) fn is_name(column: &str) -> bool {
     let is_it = |it: &str| {
         [column, named(column).0]
@@ -206,7 +206,7 @@ pub(crate) fn named(column: &str) -> (&str, Option<TimeUnit>) {
     found.unwrap_or((column, None))
 }
 
-/// The unit of a column without a name for it, from its first numbers.
+/// The unit of a column whose name gives no unit, from its first numbers.
 pub(crate) fn judged(numbers: &[f64]) -> JudgedUnit {
     let is = |unit, known| JudgedUnit { unit, known };
     let assumed = is(TimeUnit::S, Known::Assumed);

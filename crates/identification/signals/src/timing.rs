@@ -1,7 +1,7 @@
 //! Timing statistics of stamps: rate, jitter, gaps, duplicates, in constant memory.
 //!
-//! Intervals are counted in bins one per cent wide, each with its mean. So the median and the nine-tenths range are accurate to about a per
-//! cent, and exact if all intervals of a bin are equal.
+//! Intervals are counted in bins one per cent wide, each with its mean. So the median and the range of 90 % are accurate to about 1 %, and exact if
+//! all intervals in a bin are equal.
 
 use std::collections::BTreeMap;
 
@@ -19,7 +19,7 @@ pub struct Meter {
 }
 
 impl Meter {
-    /// Takes a stamp, ns. One that is not after the latest counts as a duplicate or as late.
+    /// Takes a stamp, ns. A stamp that is not after the latest counts as a duplicate or as late.
     pub fn take(&mut self, stamp: i64) {
         self.timing.samples += 1;
         let Some((_, last)) = &mut self.timing.span else {
@@ -99,7 +99,7 @@ impl Meter {
         (short + repeated) as f64 / total as f64
     }
 
-    /// The interval of that rank from below, counted from 1, ns; 0 for none.
+    /// The interval with this rank from below, counted from 1, ns; 0 if there is none.
     fn quantile(&self, rank: u64) -> f64 {
         let mut before = 0;
         for (count, sum) in self.bins.values() {

@@ -1,7 +1,7 @@
 //! PX4's log format ULog, as far as signals need it: formats, subscriptions, data, dropouts (PX4 user guide, "ULog File Format").
 //!
-//! A topic is PX4's message name; its second instance is `NAME_1`, and so on. A log that is cut off, as after a crash, is read up to the
-//! cut; a damaged one is read on after the damage.
+//! A topic is PX4's message name; its second instance is `NAME_1`, and so on. A log that is cut off, for example by a crash, is read up to the cut; a
+//! damaged log is read on after the damage.
 //!
 //! PX4's own parser (crate `px4-ulog` 0.6) is not used: it panics on short messages and lays out every field of every format, 65 535 of
 //! them for a line of text. Here a length costs no more than the bytes present, and the fields of a format are laid out once, up to a total
@@ -368,7 +368,7 @@ struct Place {
 }
 
 impl Place {
-    /// The number; `None` if the data ends before it.
+    /// The number; `None` if there are too few bytes.
     fn read(self, data: &[u8]) -> Option<f64> {
         number(self.letter, data.get(self.offset..)?)
     }

@@ -1,7 +1,7 @@
 //! Angles and counters that wrap, unwrapped.
 //!
-//! A wrap takes a signal from one end of its period to the other; after subtracting the period, the signal moves as before. Signals that
-//! jump in this way without wrapping, as commands do, do not move steadily before the jump.
+//! A wrap takes a signal from one end of its period to the other; after subtracting the period, the signal moves as before. Signals that jump in this
+//! way without wrapping, for example commands, do not move steadily before the jump.
 
 use std::f64::consts::PI;
 use std::fmt;

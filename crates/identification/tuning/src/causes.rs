@@ -18,7 +18,7 @@ use crate::model::{NUDGE, PropertyKind, Sampling, UncertainModel};
 pub struct Cause {
     /// Its name.
     pub name: String,
-    /// Its unit; empty for the signals' own.
+    /// Unit of the property; empty for the signals' own unit.
     pub unit: &'static str,
     /// Its value.
     pub value: f64,

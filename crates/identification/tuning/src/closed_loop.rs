@@ -11,7 +11,7 @@ use crate::plant::Plant;
 /// The frequencies of a loop range from the first to the second share of Nyquist's frequency, where every loop is real.
 const SHARES_OF_NYQUIST: (f64, f64) = (1e-6, 0.9999);
 
-/// A value whose imaginary part is below this share of it counts as real.
+/// A value counts as real if its imaginary part is below this share of it.
 const REAL: f64 = 1e-3;
 
 /// The miss of an unstable loop, in addition to the number of circles that do not contain its poles: circles of radius 1 and a growing part

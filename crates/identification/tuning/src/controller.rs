@@ -69,7 +69,7 @@ impl Controller {
         }
     }
 
-    /// Its frequency response at a frequency, rad/s, for ticks of `tick` seconds.
+    /// The controller's frequency response at a frequency, rad/s, for ticks of `tick` seconds.
     #[must_use]
     pub fn at(&self, frequency: f64, tick: f64) -> Complex<f64> {
         let q = polar(1.0, -frequency * tick);

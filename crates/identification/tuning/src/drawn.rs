@@ -6,8 +6,8 @@ use planesman_model_file::ModelFile;
 
 use crate::model::factor;
 
-/// `count` model files with coefficients drawn from the file's covariance: those of the vehicle's equations if it has them, else those of
-/// the difference equation. The result depends only on the seed; without a covariance it is empty.
+/// `count` model files with coefficients drawn from the file's covariance: the coefficients of the vehicle's equations if the file has them,
+/// otherwise those of the difference equation. The result depends only on the seed; without a covariance it is empty.
 #[must_use]
 pub fn drawn(file: &ModelFile, count: usize, seed: u32) -> Vec<ModelFile> {
     let physical = file.physical.as_ref();

@@ -60,9 +60,9 @@ impl Dynamics {
         })
     }
 
-    /// Converts short zeros to dead time, each by its time constant, a pair by the sum: for a short `T`, `T s + 1 = e^(T s)`. A zero is
-    /// short if its time constant is below `sample` seconds (caused by sampling and moved by noise), or if it is in the left half plane and
-    /// compensated by the dead time, as in a model with a sample of delay too many. The dead time does not fall below 0.
+    /// Converts short zeros to dead time, each by its time constant, a pair by the sum: for a short `T`, `T s + 1 = e^(T s)`. A zero is short if its
+    /// time constant is below `sample` seconds (such zeros are caused by sampling and moved by noise), or if it is in the left half plane and
+    /// compensates the dead time, for example in a model with a delay that is one sample too long. The dead time does not fall below 0.
     #[must_use]
     pub fn with_short_zeros_as_delay(mut self, sample: f64) -> Self {
         let lead = |zero: &Complex<f64>| {

@@ -10,7 +10,7 @@ pub(crate) type Result<T, E = TuneError> = std::result::Result<T, E>;
 /// Reasons why there are no gains. Each message ends with the next step.
 #[derive(Debug, thiserror::Error)]
 pub enum TuneError {
-    /// The verdict says that the model is not reliable.
+    /// The model's verdict is that it is not reliable.
     #[error(
         "the model's verdict is '{}': its gains would be a guess. Identify a better model, or use this one anyway: {}",
         .0.words(), option("anyway")
@@ -87,7 +87,7 @@ pub enum TuneError {
         method: &'static str,
         /// The kind of model that it needs.
         needs: &'static str,
-        /// What the model has instead.
+        /// The property that the model has instead.
         found: String,
     },
     /// No gains of the method satisfy the limits.

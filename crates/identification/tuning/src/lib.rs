@@ -7,7 +7,7 @@
 //! ```
 //! - [`tune`], [`TuneOptions`], [`Tuning`]: the complete computation, including the choice of the method.
 //! - [`rules`], [`search`]: gains for one model. [`reduction`]: the half rule.
-//! - [`PlantResponse`], [`Margins`], [`Motion`]: the analysis of a loop. [`causes`]: what makes its phase margin uncertain.
+//! - [`PlantResponse`], [`Margins`], [`Motion`]: the analysis of a loop. [`causes`]: properties that make the controller's phase margin uncertain.
 
 mod causes;
 mod closed_loop;

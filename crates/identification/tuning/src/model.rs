@@ -41,7 +41,7 @@ pub struct UncertainModel {
     pub input: String,
     /// The output's name.
     pub output: String,
-    /// The kind of model, as text.
+    /// Description of the kind of model.
     pub description: String,
     /// The sampling interval of the identification, s.
     pub sample_time: f64,
@@ -57,7 +57,7 @@ pub struct UncertainModel {
 enum Kind {
     /// Gain, logarithms, dead time.
     Process(Form),
-    /// This many `a`, then the numerator.
+    /// The first coefficients, this many, are `a`; the rest is the numerator.
     Equation { poles: usize },
 }
 
@@ -372,8 +372,8 @@ impl UncertainModel {
         Ok(modes)
     }
 
-    /// Checks that the sign of the gain is determined: the 95 % interval of the gain does not contain 0, or that of `B(1)` does not, which
-    /// is unaffected by a slow pole passing z = 1.
+    /// Checks that the sign of the gain is determined: the 95 % interval of the gain, or of `B(1)`, does not contain 0. `B(1)` is not affected by a
+    /// slow pole that passes z = 1.
     ///
     /// # Errors
     /// [`TuneError::Sign`].
@@ -417,7 +417,7 @@ fn is_of_lines(file: &ModelFile) -> bool {
     file.method != "exact" && file.num.len() > 1 && at_minus_one.abs() < 1e-9 * size
 }
 
-/// The coefficients of such a model for a held input, as from a controller: the numerator without that factor.
+/// The coefficients of such a model for a held input, as produced by a controller: the numerator without that factor.
 fn of_held_input(poles: usize, count: usize) -> DMatrix<f64> {
     let mut held = DMatrix::identity(count, count);
     for row in poles..count {

@@ -7,7 +7,7 @@ use planesman_linear::{Error, Sampled, TransferFunction, polar};
 
 /// A leading coefficient below this share of the largest is rounding error.
 const ROUNDING: f64 = 1e-12;
-/// A dead time nearer to a whole number of ticks than this share of a tick is rounded to it.
+/// A dead time closer to a whole number of ticks than this share of a tick is rounded to that number.
 const WHOLE: f64 = 1e-9;
 /// If `A(1)` is below this share of its terms' size, there is a pole at z = 1.
 const AT_ONE: f64 = 1e-9;
@@ -77,14 +77,14 @@ impl Plant {
         delay * backward(&self.b, q) / a
     }
 
-    /// The initial direction in which a constant input moves the output: the sign of `B(1)`. It is the sign of the gain, except with an
-    /// unstable pole.
+    /// The initial direction in which a constant input moves the output: the sign of `B(1)`. This is the sign of the gain, except with an unstable
+    /// pole.
     #[must_use]
     pub fn sign(&self) -> f64 {
         self.b.iter().sum::<f64>().signum()
     }
 
-    /// Whether all poles are inside the unit circle or on it.
+    /// Whether all poles are inside or on the unit circle.
     #[must_use]
     pub fn decays(&self) -> bool {
         lies_within(&self.a, 1.0 + AT_ONE.sqrt())

@@ -15,7 +15,7 @@ use planesman_linear::ComplexFunctions as _;
 
 use crate::dynamics::Dynamics;
 
-/// Rounds in which the dead time used by the rules for zeros converges.
+/// Number of rounds in which the dead time used by the rules for zeros converges.
 const ROUNDS: usize = 30;
 /// A pair with at least this damping ratio counts as two equal time constants.
 const DAMPED: f64 = 0.7;

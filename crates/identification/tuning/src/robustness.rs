@@ -101,7 +101,7 @@ impl Robustness {
         Distribution::new(value(&self.model), self.draws.iter().map(&value))
     }
 
-    /// The share of the random plants that are unstable with these gains; without random plants that of the model, 0 or 1.
+    /// The share of the random plants that are unstable with these gains; without random plants, 0 or 1 for the model itself.
     #[must_use]
     pub fn unstable(&self) -> f64 {
         let own = std::slice::from_ref(&self.model);

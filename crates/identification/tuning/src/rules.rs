@@ -60,8 +60,8 @@ pub fn lambda(model: &Reduced, lambda: f64) -> Option<Controller> {
     }
 }
 
-/// Places the poles of `gain / (a_n s^n + ... + a_0)`, n 1 or 2, with a PI or PID controller at those of
-/// `(s + wn)^(n - 1) (s^2 + 2 zeta wn s + wn^2)`, without dead time:
+/// Places the poles of `gain / (a_n s^n + ... + a_0)`, n 1 or 2, with a PI or PID controller at the roots of `(s + wn)^(n - 1) (s^2 + 2 zeta wn s +
+/// wn^2)`, without dead time:
 ///
 /// ```text
 /// n = 1   K kp = 2 zeta wn a_1 - a_0             K ki = wn^2 a_1

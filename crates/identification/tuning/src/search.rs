@@ -67,7 +67,7 @@ impl Bounds {
     }
 }
 
-/// The best PI or PID controller for a plant within limits; `None` if none keeps them.
+/// The best PI or PID controller for a plant within limits; `None` if no gains keep the limits.
 #[must_use]
 pub fn best(
     seen: &PlantResponse,

@@ -34,7 +34,7 @@ pub struct Tuning {
     pub sampling: Sampling,
     /// The method used.
     pub method: Method,
-    /// The reason for it, if it was not requested.
+    /// The reason for the choice, if it was not requested.
     pub why: Option<String>,
     /// The model to which the rule was applied.
     pub reduced: Option<Reduced>,
@@ -353,7 +353,7 @@ impl Task<'_> {
         })
     }
 
-    /// Gain and denominator of first or second order, its dead time, and the reduction if there is one.
+    /// Gain and denominator of first or second order, its dead time, and the reduction if one was made.
     fn low_order(&self, kind: Kind) -> Result<(f64, Vec<f64>, f64, Option<Reduced>)> {
         let most = match kind {
             Kind::Pi => 1,

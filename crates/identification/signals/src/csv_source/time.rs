@@ -213,8 +213,8 @@ impl CsvSource {
         }
     }
 
-    /// Finds the format of the time: the requested unit, or that of the column's name; the unit in which its first number is a present
-    /// date; days; the order of day and month.
+    /// Finds the format of the time: the requested unit, or the unit in the column's name; the unit in which the first number is a present date;
+    /// days; the order of day and month.
     pub(super) fn find_written(&mut self, asked: &TableTime, start: &[Vec<String>]) -> Result<()> {
         let (Some(column), false) = (self.time_column(), matches!(self.time, Time::Parts(..)))
         else {
@@ -264,8 +264,8 @@ impl CsvSource {
         }
     }
 
-    /// The order of day and month in the dates of that column, from all its rows. If both are possible, the one in which no two rows are
-    /// half a day apart.
+    /// The order of day and month in the dates of that column, from all its rows. If both are possible, the order in which no two rows are half a day
+    /// apart.
     fn find_order(&self, column: usize) -> Result<(Order, String)> {
         let mut reader = self.reader()?;
         let mut row = ByteRecord::new();
@@ -331,7 +331,7 @@ fn cell(start: &[Vec<String>], column: usize) -> &str {
         .map_or("", String::as_str)
 }
 
-/// The name of the fraction of seconds without the word for it, and the unit: `header.stamp.` for `header.stamp.nanosec`.
+/// The name of the fraction of seconds without its last word, and the unit: `header.stamp.` for `header.stamp.nanosec`.
 fn part(name: &str) -> Option<(&str, TimeUnit)> {
     let start = name.rfind(['.', '_', '/', ' ']).map_or(0, |it| it + 1);
     let word = name[start..].trim_matches(['[', ']', '(', ')']);
