@@ -254,7 +254,7 @@ fn crossings(
     found
 }
 
-/// Argument of -L, in `(-pi, pi\]`: the argument of L plus pi.
+/// Argument of -L, in `(-pi, pi]`: the argument of L plus pi.
 fn margin_of(value: Complex<f64>) -> f64 {
     let (sin, cos) = libm::sincos(value.argument());
     libm::atan2(-sin, -cos)

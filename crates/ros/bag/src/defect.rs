@@ -10,7 +10,7 @@ pub enum Defect {
     /// The file has no end marker.
     #[error("the file was not closed")]
     NotClosed,
-    /// All messages are there, but the index after them is cut off.
+    /// All messages are there, but the index after the messages is cut off.
     #[error("the file's index is cut off, but all messages are there")]
     IndexCut,
     /// The index counts more messages than the file contains.

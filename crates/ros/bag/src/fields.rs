@@ -99,7 +99,7 @@ impl<'a> Schema<'a> {
 /// A channel: one topic.
 pub(crate) struct Channel<'a> {
     pub(crate) id: u16,
-    /// Number of the schema, 0 for none.
+    /// Number of the schema; 0 if there is none.
     pub(crate) schema_id: u16,
     pub(crate) topic: &'a str,
     pub(crate) message_encoding: &'a str,
@@ -156,9 +156,9 @@ pub(crate) fn time(nanoseconds: u64) -> Result<i64, Defect> {
 /// A chunk: several records, possibly compressed.
 pub(crate) struct Chunk<'a> {
     pub(crate) unpacked_size: u64,
-    /// Checksum of the unpacked bytes; 0 for none.
+    /// Checksum of the unpacked bytes; 0 if there is none.
     pub(crate) crc: u32,
-    /// Name of the compression; empty for none.
+    /// Name of the compression; empty for uncompressed data.
     pub(crate) compression: &'a str,
     pub(crate) packed: &'a [u8],
 }

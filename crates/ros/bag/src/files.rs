@@ -29,7 +29,7 @@ pub(crate) fn is_packed(file: &Path) -> bool {
     (ending == "zstd" || ending == "zst") && is_plain(&file.with_extension(""))
 }
 
-/// The files that the metadata lists; if none of them exists, for example after renaming, the existing bag files, with a note.
+/// The files listed in the metadata; if none of them exists, for example after renaming, the bag files that do exist, with a note.
 pub(crate) fn present(
     mut listed: Vec<PathBuf>,
     folder: &Path,
@@ -67,7 +67,7 @@ pub(crate) fn unpacked(file: PathBuf) -> PathBuf {
     }
 }
 
-/// What a folder without `.mcap` files contains instead, and what to do.
+/// What a folder without `.mcap` files contains instead, with the next command.
 pub(crate) fn instead(folder: &Path) -> String {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let paths = entries.map(|entry| entry.path());
@@ -120,10 +120,10 @@ pub(crate) fn part_of(file: &Path) -> (String, u64) {
     }
 }
 
-/// Largest overlap in time of two parts of one bag, as a recorder with several threads may leave, ns.
+/// Largest overlap in time, ns, of two parts of one bag; a recorder with several threads may cause it.
 const OVERLAP: i64 = 1_000_000_000;
 
-/// Why files cannot be parts of one bag; `None` if they can.
+/// The reason why files cannot be parts of one bag; `None` if they can.
 pub(crate) fn apart(recordings: &[Recording]) -> Option<&'static str> {
     let mut spans: Vec<(i64, i64)> = recordings.iter().filter_map(|it| it.span).collect();
     spans.sort_unstable();

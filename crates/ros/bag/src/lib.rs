@@ -1,8 +1,8 @@
 #![doc = include_str!("../README.md")]
 //!
 //! A bag is a folder `NAME/` with `NAME_0.mcap` (messages in chunks) and `metadata.yaml` (contents of the files, written last). The formats
-//! are MCAP with the `ros2` profile, and version 9 of rosbag2's metadata. This crate handles files and payload bytes only; it does not depend
-//! on DDS, nodes or vehicles.
+//! are MCAP with the `ros2` profile, and version 9 of rosbag2's metadata. This crate handles only files and payload bytes; it does not depend on DDS,
+//! nodes or vehicles.
 //!
 //! - [`topic`]: a recorded topic: name, type, schema text, type hash, offered QoS.
 //! - [`qos`]: the QoS a publisher offered, in rosbag2's YAML.
@@ -12,9 +12,9 @@
 //! - [`info`]: text summary.
 //!
 //! Internal: `records` splits bytes into MCAP records, `fields` reads a record's fields, `chunk` unpacks and checks a chunk, `input`
-//! decompresses a file compressed as a whole, `definitions` collects a file's topics, `summary` reads the index at its end. With these,
-//! `recording` finds out the contents of an `.mcap` file and `walk` reads it from front to back; `sqlite` does both for a `.db3` file; `typed`
-//! reads and writes this project's message types.
+//! decompresses a file compressed as a whole, `definitions` collects a file's topics, `summary` reads the index at its end. With these modules,
+//! `recording` finds out the contents of an `.mcap` file and `walk` reads it from front to back; `sqlite` does both for a `.db3` file; `typed` reads
+//! and writes this project's message types.
 //!
 //! Times are signed nanoseconds of the clock used for recording.
 

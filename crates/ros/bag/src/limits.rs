@@ -42,7 +42,7 @@ pub enum Order {
     #[default]
     File,
     /// The order of log time (equal times in file order). Messages that are out of order are sorted, with up to [`SORTED`](crate::reader::SORTED)
-    /// bytes in memory; their sequence numbers are then 0, as these may count the file order. Messages stay in file order if only the clock was
-    /// set back now and then.
+    /// bytes in memory. Their sequence numbers are then 0, because the numbers may count the file order. Messages stay in file order if only the
+    /// clock was set back now and then.
     LogTime,
 }

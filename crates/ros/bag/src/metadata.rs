@@ -25,7 +25,7 @@ pub const VERSION: u32 = 9;
 /// Largest file that is read, bytes: metadata of six thousand topics. Parsing YAML takes up to seventy times its size in memory.
 const LONGEST: u64 = 4 << 20;
 
-/// `starting_time` of a bag without messages, as in rosbag2.
+/// `starting_time` of a bag without messages, the same as in rosbag2.
 pub(crate) const NEVER: i64 = i64::MAX;
 
 /// Prefix of the keys for numbers of lost messages; the topic's name follows.
@@ -46,10 +46,10 @@ pub struct BagMetadata {
     pub message_count: u64,
     /// All topics with their number of messages in all files.
     pub topics_with_message_count: Vec<TopicWithCount>,
-    /// Compression of whole files or single messages; empty for none. MCAP's own chunk compression is not recorded here.
+    /// Compression of whole files or single messages; empty for uncompressed data. MCAP's own chunk compression is not recorded here.
     #[serde(default)]
     pub compression_format: String,
-    /// `file`, `message`, or empty for none.
+    /// `file`, `message`, or empty for uncompressed data.
     #[serde(default)]
     pub compression_mode: String,
     /// File names, in order.

@@ -30,7 +30,7 @@ pub enum History {
     SystemDefault,
     /// The newest `depth` samples.
     KeepLast,
-    /// Every sample, as far as resources go.
+    /// Keeps every sample, as far as resources allow.
     KeepAll,
     /// Not announced.
     Unknown,

@@ -65,7 +65,7 @@ pub enum ReadError {
     NoMcap {
         /// The folder.
         path: PathBuf,
-        /// What it contains instead, and what to do, if known.
+        /// What the file contains instead, and the next command, if known.
         instead: String,
     },
     /// Files that are not the parts of one bag.
@@ -105,7 +105,7 @@ pub enum ReadError {
     /// Unreadable or invalid `metadata.yaml`.
     #[error(transparent)]
     Metadata(#[from] MetadataError),
-    /// A file that was damaged after it was closed.
+    /// The file was damaged after it was closed.
     #[error(
         "{path} is damaged at byte {offset}: {reason}; everything before this byte has been read"
     )]

@@ -2,7 +2,7 @@
 //!
 //! [`BagReader::open`] takes the bag's folder, its `metadata.yaml`, or a single `.mcap` or `.db3` file, and finds out the contents;
 //! [`BagReader::messages`] streams the messages. Data of the file is not trusted: memory grows only as bytes arrive, chunks are unpacked within
-//! [`Limits`] and checked, and every error names the path and what is supported.
+//! [`Limits`] and checked, and every error names the path and the supported contents.
 //!
 //! A bag that was not closed (killed recorder, full disk) is read up to the last complete chunk; [`BagReader::completeness`] reports this.
 
@@ -95,7 +95,7 @@ pub struct Message {
     pub topic: Arc<Topic>,
     /// Channel number in the file.
     pub channel: u16,
-    /// Sequence number of the publisher or recorder; 0 if there is none.
+    /// Sequence number of the publisher or recorder; 0 if there is no number.
     pub sequence: u32,
     /// Time of reception, ns.
     pub log_time: i64,
@@ -127,7 +127,7 @@ impl BagReader {
         Self::open_within(path, Limits::default())
     }
 
-    /// As [`open`](Self::open), with memory limits.
+    /// Like [`open`](Self::open), with memory limits.
     ///
     /// # Errors
     /// As [`open`](Self::open).
@@ -348,7 +348,7 @@ impl BagReader {
         self.messages_of(|_| true, order)
     }
 
-    /// The messages of the topics for which `wanted` returns true, without copying others. `wanted` is called once per topic of a file.
+    /// The messages of topics for which `wanted` returns true; other messages are not copied. `wanted` is called once per topic of a file.
     #[must_use]
     pub fn messages_of<'a>(
         &'a self,
@@ -369,7 +369,7 @@ impl BagReader {
     }
 }
 
-/// Stream of messages. It ends after an error (a file damaged after it was closed).
+/// Stream of messages. The iterator ends after an error (a file damaged after it was closed).
 pub struct Messages<'a> {
     remaining: std::slice::Iter<'a, Recording>,
     /// Total size of the files before the current one, bytes.
@@ -383,7 +383,7 @@ pub struct Messages<'a> {
     /// Bytes of separately compressed messages unpacked from the current file so far.
     unpacked: u64,
     wanted: Box<dyn Fn(&Topic) -> bool + 'a>,
-    /// Answers of `wanted` for the current file's topics, by channel.
+    /// Results of `wanted` for the current file's topics, by channel.
     are_wanted: BTreeMap<u16, bool>,
 }
 

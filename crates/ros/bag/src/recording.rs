@@ -1,7 +1,7 @@
 //! Contents of one `.mcap` or `.db3` file.
 //!
-//! They are in the file's summary if the file was closed; otherwise, or if the whole file is compressed, the file is read once and counted. In
-//! both cases [`Recording`] contains the position up to which it is readable.
+//! The contents are in the file's summary if the file was closed; otherwise, or if the whole file is compressed, the file is read once and counted.
+//! In both cases [`Recording`] contains the position up to which it is readable.
 
 use std::{
     collections::BTreeMap,
@@ -58,7 +58,7 @@ pub(crate) struct Recording {
 enum Database {
     /// The recording's own file.
     Plain,
-    /// A temporary unpacked copy, since SQLite cannot read compressed files. It is removed when no longer used.
+    /// A temporary unpacked copy, since SQLite cannot read compressed files. The unpacked file is removed when it is no longer used.
     Unpacked(Arc<TempPath>),
 }
 

@@ -40,12 +40,12 @@ pub(crate) struct Record<'a> {
     pub(crate) opcode: u8,
     /// Position of the record, bytes.
     pub(crate) offset: u64,
-    /// Its bytes; empty if the record was skipped.
+    /// The record's bytes; empty if the record was skipped.
     pub(crate) body: &'a [u8],
 }
 
 impl<R: Read> Records<R> {
-    /// Records of `input`, whose first byte is at `offset`; none larger than `limit` bytes.
+    /// Records of `input`, whose first byte is at `offset`; records larger than `limit` bytes are errors.
     pub(crate) fn new(input: R, offset: u64, limit: u64) -> Self {
         Self {
             input,
@@ -60,7 +60,7 @@ impl<R: Read> Records<R> {
         self.offset
     }
 
-    /// The next record; `None` if the input ends between two records. Records whose opcode is not `wanted` are skipped, whatever their length.
+    /// The next record; `None` if the input ends between two records. Skips records whose opcode is not `wanted`, regardless of their length.
     pub(crate) fn next(&mut self, wanted: fn(u8) -> bool) -> Result<Option<Record<'_>>, Damage> {
         let start = self.offset;
         let damage = |reason| Damage {

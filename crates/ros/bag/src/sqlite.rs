@@ -1,6 +1,6 @@
 //! One `.db3` file of rosbag2's sqlite3 storage, Humble's default.
 //!
-//! Its tables are `topics`, `messages` and, since Iron, `message_definitions`. A bag of Humble contains no definitions; this project's own
+//! The database's tables are `topics`, `messages` and, since Iron, `message_definitions`. A bag of Humble contains no definitions; this project's own
 //! definitions are used for known types. The file is opened read-only, and its contents (views, functions, lengths) are not trusted.
 
 use std::{collections::BTreeMap, collections::VecDeque, path::Path, sync::Arc};

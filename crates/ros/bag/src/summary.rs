@@ -31,7 +31,7 @@ pub(crate) struct Summary {
     pub(crate) span: Option<(i64, i64)>,
 }
 
-/// Position of the summary (0 for none), if the file has the end of a closed file.
+/// Position of the summary (0 if there is none), if the file has the end of a closed file.
 pub(crate) fn start(file: &mut File, size: u64) -> io::Result<Option<u64>> {
     let Some(start) = size.checked_sub(TAIL as u64) else {
         return Ok(None);

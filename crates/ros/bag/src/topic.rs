@@ -13,7 +13,7 @@ pub struct Topic {
     pub kind: Arc<TopicKind>,
 }
 
-/// Type and QoS of a topic's messages, shared by topics of the same kind: a bag with a million topics of one type stores that type once.
+/// Type and QoS of a topic's messages, shared by topics of the same kind: a bag with a million topics of one type stores the type only once.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TopicKind {
     /// ROS type, such as `planesman_msgs/msg/VehicleState`; empty if the file does not name it.

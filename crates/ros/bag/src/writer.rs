@@ -49,8 +49,8 @@ const MESSAGE_OVERHEAD: u64 = 9 + 22;
 pub struct WriterOptions {
     /// Compression of the chunks.
     pub compression: Compression,
-    /// Uncompressed size at which a chunk is written, bytes. Larger chunks compress better, but a reader must keep one in memory. Default
-    /// 768 KiB, as in rosbag2.
+    /// Uncompressed size at which a chunk is written, bytes. Larger chunks compress better, but a reader must keep one in memory. Default 768 KiB,
+    /// the same as in rosbag2.
     pub chunk_size: u64,
     /// Longest time that a message waits in memory, checked on each message and in [`BagWriter::flush_if_due`]. `None`: until the chunk is full,
     /// so that the file depends only on the messages.
@@ -117,7 +117,7 @@ pub enum WriteError {
         /// The topic.
         name: String,
     },
-    /// A message whose type differs from that of the topic.
+    /// A message has another type than its topic.
     #[error("topic {name} has the type {expected}, not {given}")]
     WrongType {
         /// The topic.
@@ -596,7 +596,7 @@ impl BagWriter {
         Ok(metadata)
     }
 
-    /// Writes the metadata also into the `.mcap` file itself, as rosbag2's storage does.
+    /// Writes the metadata also into the `.mcap` file, the same as rosbag2's storage.
     fn embed(&mut self, account: &BagMetadata) -> Result<(), WriteError> {
         self.refuse_after_failure()?;
         let text = serde_yaml_ng::to_string(account).map_err(|error| WriteError::Failed {
@@ -650,7 +650,7 @@ impl Drop for BagWriter {
 /// Error text for a file whose path has changed.
 const GONE: &str = "the file was moved or removed while it was being written";
 
-/// Name of the bag: that of its folder.
+/// Name of the bag, which is the name of its folder.
 fn bag_name(folder: &Path) -> Option<&str> {
     folder.file_name().and_then(|name| name.to_str())
 }

@@ -49,7 +49,7 @@ impl Catalogue {
 struct Listing<'t> {
     types: &'t Types,
     most: usize,
-    /// Whether a message contains no number at any depth. Such messages are skipped; otherwise a type that nests only texts could be walked
+    /// Whether a message contains no number at any depth. Fields of such types are skipped; otherwise a type that nests only texts could be walked
     /// forever.
     barren: BTreeMap<&'t TypeName, bool>,
     catalogue: Catalogue,

@@ -189,7 +189,7 @@ pub(crate) struct Numbers<'a> {
 }
 
 impl<'a> Numbers<'a> {
-    /// Their bytes, and whether they are little endian.
+    /// The numbers' bytes, and whether they are little endian.
     pub(crate) fn bytes(&self) -> (&'a [u8], bool) {
         (self.bytes, self.little_endian)
     }

@@ -12,7 +12,7 @@
 //! The text `value` of an element with a name or `key`, as in `diagnostic_msgs/KeyValue`, is read as a number.
 //!
 //! Characters of wide strings have two bytes as written by Fast DDS since Jazzy (Fast CDR 2), or four as before and as `rmw_cyclonedds` wrote
-//! `wchar_t`. A payload does not tell which. Four bytes are assumed if fewer bytes then remain after the message, otherwise two.
+//! `wchar_t`. A payload does not show which of the two it is. Four bytes are assumed if fewer bytes then remain after the message, otherwise two.
 
 use planesman_rosidl::TypeName;
 use planesman_rosidl::definition::{Arity, Element, Field, Kind};
@@ -103,7 +103,7 @@ pub enum Reason {
         name: String,
         /// Names of its fields.
         fields: String,
-        /// The most similar name, as a question; empty if none is similar.
+        /// The most similar name, as a question; empty if no name is similar.
         meant: String,
     },
     /// A name after something that is not a message.
@@ -128,7 +128,7 @@ pub enum Reason {
         /// The path of the list.
         list: String,
     },
-    /// A path that leads to a text, a message or a list of them.
+    /// The path leads to a text, a message or a list of these.
     #[error("it is a {0}, not a number{1}")]
     NotANumber(String, String),
 }
@@ -153,7 +153,7 @@ impl Decoder {
         Self::compile_into(types, paths, FieldSelection::default())
     }
 
-    /// As [`Decoder::compile`]; the decoder also reads the names that identify the numbers ([`Decoder::identity`]).
+    /// Like [`Decoder::compile`]; the decoder also reads the names that identify the numbers ([`Decoder::identity`]).
     ///
     /// # Errors
     /// As [`Decoder::compile`].
@@ -219,9 +219,9 @@ impl Decoder {
         })
     }
 
-    /// The names that identify the number at path `index` in the message read last: that of the message, and those of the list elements on the
-    /// path, from outside to inside. A missing name is empty. A number in a list without names is identified by the list's length. Each name
-    /// is returned with the path's steps up to it.
+    /// The names that identify the number at path `index` in the message read last: the name of the message, and the names of the list elements on
+    /// the path, from outside to inside. A missing name is empty. A number in a list without names is identified by the list's length. Each name is
+    /// returned with the path's steps up to it.
     pub fn identity<'v>(
         &'v self,
         index: usize,
@@ -358,7 +358,7 @@ impl Decoder {
         Ok(())
     }
 
-    /// As [`Decoder::read`], for a message in memory; no payload is made.
+    /// Like [`Decoder::read`], for a message in memory; no payload is made.
     pub fn pick(&self, message: &dyn planesman_msgs::Field, values: &mut Values) {
         self.clear(values, 0);
         self.wanted.pick(message, values);
@@ -457,7 +457,7 @@ impl<'t> At<'t> {
 
 impl Types {
     /// Path of the stamp in messages of this type: `header.stamp`, or else the first field of type `builtin_interfaces/Time`; it contains `sec` and
-    /// `nanosec`. `None` if there is none, or if the schema redefines the header or time type.
+    /// `nanosec`. `None` if the type has no stamp, or if the schema redefines the header or time type.
     #[must_use]
     pub fn stamp(&self) -> Option<FieldPath> {
         let one = |field: &Field, package: &str, name: &str| {
@@ -579,7 +579,7 @@ fn target(types: &Types, path: &FieldPath) -> Result<Target, Reason> {
     Err(Reason::NotANumber(at.type_name(), hint))
 }
 
-/// Whether the text at `path` is the value of a key, as in diagnostics.
+/// Whether the text at `path` is the value of a key, for example in diagnostics.
 fn is_value(types: &Types, path: &FieldPath) -> bool {
     matches!(path.steps.last(), Some(Step::Field(name)) if name == "value")
         && has_key(types, &path.parent())
@@ -604,7 +604,7 @@ fn has_key(types: &Types, path: &FieldPath) -> bool {
     is_list && !key::fields(types, message).is_empty()
 }
 
-/// As `has_key`, for a list of messages. Points of a trajectory are times, to which the joints' names do not apply.
+/// Like `has_key`, for a list of messages. Points of a trajectory are times, to which the joints' names do not apply.
 fn names_of_messages(types: &Types, path: &FieldPath) -> Option<FieldPath> {
     let is_of_points = matches!(path.steps.last(), Some(Step::Field(name)) if name == "points");
     names_of(types, path).filter(|_| !is_of_points)

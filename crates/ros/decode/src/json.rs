@@ -1,4 +1,4 @@
-//! Messages that are JSON objects, as in MCAP files of programs other than ROS; their type is inferred from the first few.
+//! Messages that are JSON objects, for example in MCAP files of programs other than ROS; their type is inferred from the first few messages.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,8 @@ const LONGEST: usize = 1 << 20;
 /// Name of the root type.
 const ROOT: &str = "json/msg/Object";
 
-/// The type of these objects, with all members that occur in any of them. Numbers are `float64`; a `header` with a stamp becomes ROS's header.
+/// The type of these objects, with all members that occur in at least one of them. Numbers are `float64`; a `header` with a stamp becomes ROS's
+/// header.
 ///
 /// # Errors
 /// No objects, a value that is not an object, or members nested too deeply.
@@ -60,7 +61,7 @@ fn merge(into: &mut Map<String, Value>, from: Map<String, Value>) {
     }
 }
 
-/// Writes the definition of an object's type at `place`, followed by those of its members.
+/// Writes the definition of an object's type at `place`, followed by the definitions of its members.
 fn define(object: &Map<String, Value>, place: usize, texts: &mut Vec<String>) {
     for (name, value) in object.iter().filter(|it| is_name(it.0)) {
         let (one, list) = match value {

@@ -33,7 +33,7 @@ const WITHIN: &str = "->";
 /// Paths to a frame: a name by itself, or the parent.
 const FRAMES: [&[&str]; 2] = [&["header", "frame_id"], &["frame_id"]];
 
-/// Paths to the parts of a message's name, in order; `has` tells whether a path leads to a text or integer.
+/// Paths to the parts of a message's name, in order; `has` returns whether a path leads to a text or integer.
 fn parts(has: impl Fn(&[&'static str]) -> bool) -> Vec<Vec<&'static str>> {
     let own = NAMES.into_iter().find(|name| has(&[name]));
     let frame = || FRAMES.into_iter().find(|path| has(path)).map(<[_]>::to_vec);

@@ -1,4 +1,4 @@
-//! Message types by name: those compiled in, those of the ROS installation, then ROS's own.
+//! Message types by name: first the types compiled in, then the types of the ROS installation, then ROS's own.
 //!
 //! An installation lists its packages in the ament index: each prefix in `AMENT_PREFIX_PATH` contains `share/PACKAGE/msg/TYPE.msg` (REP 122).
 //! The type hash, by which DDS peers identify types, is computed from these definitions.
@@ -59,7 +59,7 @@ pub enum TypeError {
 /// A message type known at run time.
 #[derive(Clone, Debug)]
 pub struct MessageType {
-    /// Its definition, with all types it uses.
+    /// The type's definition, with all types that it uses.
     pub types: Types,
     /// Type hash, `RIHS01_...`.
     pub hash: String,

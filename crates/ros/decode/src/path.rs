@@ -20,7 +20,7 @@ pub enum Step {
     Field(String),
     /// The list element with this index.
     Index(usize),
-    /// The element with this name, if another list of the message names the elements or each element has a name. As first step: the message
+    /// The element with this name, if another list of the message names the elements or each element has a name. As first step of a path: the message
     /// itself, if it has this name.
     Named(String),
 }
@@ -156,7 +156,7 @@ impl FieldPath {
         self.with(Step::Index(index))
     }
 
-    /// Path of one more step below this path.
+    /// The path extended by one step.
     #[must_use]
     pub fn with(&self, step: Step) -> Self {
         let mut steps = self.steps.clone();

@@ -91,7 +91,7 @@ pub(crate) struct NamedElements {
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Count {
     Fixed(u32),
-    /// As given in the payload.
+    /// The length is given in the payload.
     Written,
 }
 
@@ -245,7 +245,7 @@ pub(crate) fn compile(types: &Types, wanted: &FieldSelection) -> Vec<Op> {
     ops
 }
 
-/// As `compile`, then to the end of the message.
+/// Like `compile`, and then continues to the end of the message.
 pub(crate) fn walk(types: &Types, wanted: &FieldSelection) -> Vec<Op> {
     let mut compiler = Compiler {
         types,
@@ -358,7 +358,7 @@ impl<'t> Compiler<'t> {
         });
     }
 
-    /// Steps that read within the messages with certain names, and return to before them.
+    /// Steps that read within the messages with certain names, and then return to the position before these messages.
     fn called(
         &mut self,
         count: Count,

@@ -13,7 +13,7 @@ impl StampDecoder {
         Self::at(types, &types.stamp()?)
     }
 
-    /// Decoder of the `builtin_interfaces/Time` at a path; `None` if the type has none there.
+    /// Decoder of the `builtin_interfaces/Time` at a path; `None` if the type has no such field there.
     #[must_use]
     pub fn at(types: &Types, stamp: &FieldPath) -> Option<Self> {
         let parts = ["sec", "nanosec"].map(|name| stamp.field(name));

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use crate::key::{Name, NameKind};
 
-/// The values read by a decoder: a list per path; one number for a number, none for a missing element.
+/// The values read by a decoder: one list per path, with one number for a number, and no number for a missing element.
 #[derive(Clone, Debug, Default)]
 pub struct Values {
     pub(crate) slots: Vec<Vec<f64>>,
@@ -32,7 +32,7 @@ impl Values {
         }
     }
 
-    /// Values at path `index`: all elements of a list, one for a number, none if missing.
+    /// Values at path `index`: all elements of a list, one value for a number, no value if it is missing.
     #[must_use]
     pub fn list(&self, index: usize) -> &[f64] {
         self.slots.get(index).map_or(&[], Vec::as_slice)
@@ -44,7 +44,7 @@ impl Values {
         &self.names
     }
 
-    /// The number at path `index`, the first one of a list; `None` if missing.
+    /// The number at path `index`, or the first number of a list; `None` if it is missing.
     #[must_use]
     pub fn number(&self, index: usize) -> Option<f64> {
         self.list(index).first().copied()

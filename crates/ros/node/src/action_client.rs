@@ -37,7 +37,7 @@ pub struct ActionClient<A: Action> {
     /// The action's absolute name.
     name: Rc<str>,
     middleware: Weak<Middleware<A>>,
-    /// One call of each service at a time: the middleware gives a response to the caller that has waited longest.
+    /// Only one call of each service runs at a time, because the middleware gives a response to the caller that has waited longest.
     turns: Rc<[Mutex<()>; 3]>,
 }
 

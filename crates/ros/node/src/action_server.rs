@@ -72,7 +72,7 @@ pub(crate) struct ActionServer<A: Action> {
     goals: RefCell<Goals<A::Result, RmwRequestId>>,
 }
 
-/// A running goal. One of three methods ends it.
+/// A running goal. One of the three methods below ends the goal.
 pub struct Goal<A: Action> {
     server: Rc<ActionServer<A>>,
     id: GoalId,
@@ -368,7 +368,7 @@ where
     }
 }
 
-/// The same request as a type with readable fields: those of the middleware's type are private.
+/// The same request as a type with readable fields: the fields of the middleware's type are private.
 fn readable(request: &action_msgs::CancelGoalRequest) -> serde_json::Result<CancelGoalRequest> {
     serde_json::from_value(serde_json::to_value(request)?)
 }

@@ -1,7 +1,7 @@
 //! Pending answers of services: to a client that is not matched yet, or while the middleware's queue is full.
 //!
 //! A client may send a request as soon as it has discovered this node. The node's writer may be matched with the client's reader a little later;
-//! what is written before that is lost. So the first answer to a client waits for the match. A client that acknowledges nothing fills the send
+//! messages written before the match are lost. So the first answer to a client waits for the match. A client that acknowledges nothing fills the send
 //! window; further answers wait for space. The node continues meanwhile: one task handles all waiting answers, at most [`MAX_WAITING`], and
 //! [`MAX_WAITING_PER_CLIENT`] per client.
 
@@ -111,7 +111,7 @@ fn check(shared: &Shared, service: &str, outcome: Result<(), WriteError<()>>) {
 /// Bytes of an identity that identify host and process, in all middlewares tested.
 const PROCESS: Range<usize> = 0..8;
 
-/// Present endpoints of services, as DDS topic and identity: readers matched with our writers, and writers.
+/// Present endpoints of services, as DDS topic and identity: readers matched with this node's writers, and writers.
 #[derive(Default)]
 struct Known {
     readers: Vec<(String, GUID)>,
@@ -143,9 +143,9 @@ impl Known {
         }
     }
 
-    /// Whether the reader of this client's answers is known. A client identifies itself by that reader (Fast DDS), or by the writer of its
-    /// requests; then each such writer of its process needs a reader of answers there, since any of them may be its own. In Cyclone DDS's mapping
-    /// only [`PROCESS`] identifies the writer; the rest is a number of the client.
+    /// Whether the reader of this client's answers is known. A client identifies itself by that reader (Fast DDS), or by the writer of its requests.
+    /// In the second case, each such writer of its process needs a reader of answers, because any reader may belong to the client. In Cyclone DDS's
+    /// mapping only [`PROCESS`] identifies the writer; the rest is a number of the client.
     fn listens(&self, client: GUID, service: &str) -> bool {
         let (requests, replies) = (requests_topic(service), replies_topic(service));
         if self.readers.contains(&(replies.clone(), client)) {

@@ -1,7 +1,7 @@
 //! ROS arguments: `--ros-args -r from:=to -p name:=value --params-file F --log-level L ... --`.
 //!
-//! The syntax is that of `rcl` ("ROS Command Line Arguments", design.ros2.org). Arguments outside `--ros-args ... --` belong to the program and
-//! are returned unchanged.
+//! The syntax follows `rcl` ("ROS Command Line Arguments", design.ros2.org). Arguments outside `--ros-args ... --` belong to the program and are
+//! returned unchanged.
 
 use std::path::PathBuf;
 use std::{ffi::OsString, str::FromStr};
@@ -34,9 +34,9 @@ pub struct Remap {
     pub node: Option<String>,
     /// Its target.
     pub kind: RemapKind,
-    /// Name to replace, as written.
+    /// Name to replace, as written in the rule.
     pub from: String,
-    /// The replacement, as written.
+    /// The replacement, as written in the rule.
     pub to: String,
 }
 
@@ -134,7 +134,7 @@ impl Default for RosArguments {
     }
 }
 
-/// Splits a program's arguments (including its name, as in [`std::env::args_os`]) into the program's own and those of ROS.
+/// Splits a program's arguments (including its name, as in [`std::env::args_os`]) into its own arguments and the ROS arguments.
 ///
 /// # Errors
 /// The first ROS argument that is unknown, lacks its value, or cannot be parsed; an argument, except a path, that is not UTF-8.
@@ -155,7 +155,7 @@ pub fn split(
     Ok((own, ros))
 }
 
-/// The ROS arguments among `arguments` (without the program's name), for a program without arguments of its own: others are ignored with a
+/// The ROS arguments among `arguments` (without the program's name), for a program without its own arguments: other arguments are ignored with a
 /// warning, as in rcl.
 ///
 /// # Errors

@@ -4,7 +4,7 @@
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("'{argument}': {reason}")]
 pub struct BadArgument {
-    /// The argument, or the name in it.
+    /// The argument, or the name in the argument.
     pub argument: String,
     /// The reason.
     pub reason: String,

@@ -1,10 +1,10 @@
 //! Claim to an exclusive role in a domain, such as the launcher of a loop or the vehicle.
 //!
 //! A node publishes its claim in its diagnostics, once a second and when a new participant appears, and reads the claims of others. A claim
-//! counts only while its participant has the endpoint of the role: for the vehicle a writer of its state. Of two claims to one role, the one at
-//! the later stage has priority (asked for, held, in use), then the one with the lower identity; clocks play no part. Both sides apply the same
-//! rule, and a stage never goes back. A node that finds a claim with priority over its own must end, and names the other. **A role in use is
-//! never given up**: two loops that meet in flight both continue, and both report it.
+//! counts only while its participant has the endpoint of the role: for the vehicle a writer of its state. Of two claims to one role, the claim at the
+//! later stage has priority (requested, held, in use), then the one with the lower identity; clocks are not used. Both sides apply the same rule, and
+//! a stage never goes back. A node that finds a claim with priority over its own must end, and names the other. **A role in use is never given up**:
+//! two loops that meet in flight both continue, and both report it.
 
 use std::{
     cell::RefCell,
@@ -117,7 +117,7 @@ impl Book {
         living.map(|(party, _)| party)
     }
 
-    /// The claim with priority over ours, among those that are `evident`; none if our role is in use.
+    /// The claim with priority over this node's claim, among claims that are `evident`; `None` if this node's role is in use.
     fn holder(&self, now: Instant, evident: impl Fn(&Party) -> bool) -> Option<&Party> {
         self.living(now)
             .filter(|_| self.own.stage < Stage::Used)
@@ -135,7 +135,7 @@ pub fn is_status(name: &str) -> bool {
 /// Beginning of a claim's status name; the subject follows.
 const PREFIX: &str = "claim to ";
 
-/// A node's claim. It stays in force until the node ends, even if this value is dropped.
+/// A node's claim. The claim stays in force until the node ends, even if this value is dropped.
 #[derive(Clone)]
 pub struct Claim {
     shared: Rc<Shared>,

@@ -37,7 +37,7 @@ const MAX_DESCRIBERS: usize = 8;
 /// Definition of a type with all types it uses, and its hash.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Definition {
-    /// Definition as stored in bags (`ros2msg`); empty if there is none.
+    /// Definition as stored in bags (`ros2msg`); empty if it is not known.
     pub text: String,
     /// `RIHS01_...`, computed from the text; for a type without text the publisher's, or empty.
     pub type_hash: String,
@@ -179,8 +179,8 @@ async fn ask(
     }
 }
 
-/// Definition of `type_name` from this project or from the packages in `prefixes` (`AMENT_PREFIX_PATH`). Its hash must match the one that the
-/// publisher announces, if any.
+/// Definition of `type_name` from this project or from the packages in `prefixes` (`AMENT_PREFIX_PATH`). The definition's hash must match the hash
+/// that the publisher announces, if there is one.
 ///
 /// # Errors
 /// The reason why there is no definition.
@@ -194,7 +194,7 @@ fn local(
         .or_else(|_| fitting(installed(type_name, prefixes)?, announced))
 }
 
-/// This project's own definition; for a part of a service or action it is made from the text of the whole.
+/// This project's own definition; for a part of a service or action, it is made from the text of the complete service or action.
 fn own(type_name: &str) -> Result<Definition, DefinitionError> {
     if let Some(info) = type_info(type_name) {
         return Ok(Definition {
@@ -252,7 +252,7 @@ fn definition(library: &Library, name: &TypeName) -> Result<Definition, Definiti
     })
 }
 
-/// Adds the type in a file's text; for a part of a service or action (`Fit_Event`) the text is that of the whole.
+/// Adds the type in a file's text; for a part of a service or action (`Fit_Event`), the text is that of the complete service or action.
 fn add(library: &mut Library, name: &TypeName, text: &str) -> Result<(), Error> {
     let (package, whole) = (&name.package, whole(name));
     match name.kind {

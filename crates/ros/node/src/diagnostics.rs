@@ -238,7 +238,7 @@ fn connections_status(
     }
 }
 
-/// One of the node's own statuses.
+/// Sets one of the node's own statuses.
 pub(crate) fn status(
     node: &str,
     name: &str,

@@ -71,7 +71,7 @@ pub(crate) fn prefix(endpoint: GUID) -> Option<ParticipantId> {
     endpoint.to_bytes().first_chunk().copied()
 }
 
-/// The nodes that publish on the DDS topic, sorted: those that serve parameters in the writers' participants, and an unnamed one for each
+/// The nodes that publish on the DDS topic, sorted: the nodes that serve parameters in the writers' participants, and an unnamed node for each
 /// participant without such a node.
 pub(crate) fn publishing_nodes(participant: &DomainParticipant, topic: &str) -> Vec<String> {
     let own = participant.guid().prefix;
@@ -107,7 +107,7 @@ pub(crate) fn writes(participant: &DomainParticipant, topic: &str, other: Partic
     !writers.is_empty()
 }
 
-/// The participants that contain a node with this full name: those that serve its parameters.
+/// The participants that contain a node with this full name: the participants that serve its parameters.
 pub(crate) fn homes_of(participant: &DomainParticipant, node: &str) -> Vec<ParticipantId> {
     let topic = format!("rq{node}/get_parametersRequest");
     let servers = participant
@@ -138,7 +138,7 @@ fn offer(writer: &DiscoveredWriterData) -> Offer {
     }
 }
 
-/// Services by which the nodes of a topic's publishers describe their types; may include those of other nodes in the same process.
+/// Services by which the nodes of a topic's publishers describe their types; may include services of other nodes in the same process.
 pub(crate) fn describers(participant: &DomainParticipant, topic: &PublishedTopic) -> Vec<String> {
     services(participant, "/get_type_description", |prefix| {
         topic.participants.contains(prefix)

@@ -109,8 +109,7 @@ impl Endpoint {
             .len()
     }
 
-    /// Type mismatch of the writer `gid`, empty if there is none; `None` while the writer is not discovered. The middleware matches by topic
-    /// only.
+    /// Type mismatch of the writer `gid`, empty if the types match; `None` while the writer is not discovered. The middleware matches by topic only.
     pub(crate) fn objection_to(&self, gid: Gid, participant: &DomainParticipant) -> Option<String> {
         let guid = GUID::from(gid);
         let writer = participant

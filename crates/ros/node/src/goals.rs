@@ -16,7 +16,7 @@ pub const REMEMBERED: usize = 32;
 struct Entry<R, W> {
     id: GoalId,
     accepted: Time,
-    /// Whether the client has been told that the goal is accepted.
+    /// Whether the client has been informed that the goal is accepted.
     answered: bool,
     status: GoalStatus,
     /// Result, once the goal has ended.
@@ -119,7 +119,7 @@ impl<R: Clone, W> Goals<R, W> {
         waiting
     }
 
-    /// Outcome of a goal; if there is none yet, `asker` is added to the waiting clients.
+    /// Outcome of a goal; if there is no outcome yet, `asker` is added to the waiting clients.
     pub(crate) fn outcome(&mut self, id: GoalId, asker: W) -> Outcome<R> {
         match self.entry(id) {
             None => Outcome::Unknown,

@@ -154,7 +154,8 @@ impl Lifecycle {
         asked.chain(&OUTCOMES).map(description).collect()
     }
 
-    /// Performs the requested transition, by label if there is one, if it is available; returns the change and the two events of the transition.
+    /// Performs the requested transition, by its label if one is given, if the transition is available; returns the change and the two events of the
+    /// transition.
     pub(crate) fn change(
         &self,
         asked: &Transition,

@@ -10,7 +10,7 @@ use planesman_msgs::rcl_interfaces::{
 
 use crate::logging;
 
-/// Level of each logger; 0 (unset) if none was set.
+/// Level of each logger; 0 (unset) if no level was set.
 pub(crate) fn get(request: GetLoggerLevelsRequest) -> GetLoggerLevelsResponse {
     let level = |name: String| LoggerLevel {
         level: logging::level(&name),

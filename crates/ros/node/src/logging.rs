@@ -46,7 +46,7 @@ const FLOOD_PERIOD: Duration = Duration::from_secs(10);
 /// Log levels of the loggers.
 #[derive(Clone, Debug)]
 struct Levels {
-    /// Level of loggers without one of their own.
+    /// Level of loggers without their own level.
     default: LevelFilter,
     /// Levels by logger, including the node's.
     set: Vec<(String, LevelFilter)>,
@@ -114,7 +114,7 @@ pub(crate) fn level(name: &str) -> u32 {
     set.map_or(0, |level| u32::from(number_of(level)))
 }
 
-/// Why a level cannot be set.
+/// The reason why a level cannot be set.
 #[derive(Clone, Copy, Debug, thiserror::Error)]
 pub(crate) enum LevelError {
     #[error("invalid level {0}; allowed: 0, 10, 20, 30, 40, 50")]

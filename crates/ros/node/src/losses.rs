@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-/// Maximum number of publishers; beyond it, as with a hostile peer, counting starts again.
+/// Maximum number of publishers; if a (hostile) peer exceeds it, counting starts again.
 const PUBLISHERS: usize = 1000;
 
 /// Count of one topic.

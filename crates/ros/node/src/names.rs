@@ -1,7 +1,7 @@
 //! ROS names: expands `~`, `{node}` and relative names, checks and remaps them.
 //!
-//! The rules are those of "Topic and Service name mapping to DDS" and "Static Remapping" on design.ros2.org, as in `rcl`: a name is expanded,
-//! then replaced by the first rule whose expanded left side equals it.
+//! The rules are those of "Topic and Service name mapping to DDS" and "Static Remapping" on design.ros2.org, as implemented by `rcl`: a name is
+//! expanded, then replaced by the first rule whose expanded left side equals the name.
 
 use crate::{
     args::{Remap, RemapKind},

@@ -120,7 +120,7 @@ impl ParameterServer {
         OfEveryNode::from_values(&self.values).is_ok_and(|it| it.enable_logger_service)
     }
 
-    /// Applies all changes or none; returns the changed parameters.
+    /// Applies all changes, or no change if one is refused; returns the changed parameters.
     pub(crate) fn change(
         &mut self,
         changes: impl IntoIterator<Item = (String, Value)>,
@@ -162,7 +162,7 @@ impl ParameterServer {
         (results, all_changed)
     }
 
-    /// `set_parameters_atomically`: all or none. Returns the result and the changes.
+    /// `set_parameters_atomically`: sets all parameters or no parameter. Returns the result and the changes.
     pub(crate) fn set_together(
         &mut self,
         parameters: Vec<Parameter>,
@@ -181,7 +181,7 @@ impl ParameterServer {
         }
     }
 
-    /// Applies all parameters or none.
+    /// Applies all parameters, or no parameter if one is refused.
     fn take(&mut self, parameters: Vec<Parameter>) -> Result<Vec<Parameter>, BoxedError> {
         let changes: Result<Vec<_>, Refusal> = parameters
             .into_iter()
@@ -226,7 +226,7 @@ impl ParameterServer {
             .collect()
     }
 
-    /// `list_parameters` as in `rclcpp`: names at most `depth` levels below one of the prefixes (0: any depth), and their prefixes.
+    /// `list_parameters` as in `rclcpp`: names at most `depth` name levels below one of the prefixes (0: any depth), and their prefixes.
     pub(crate) fn list(&self, request: &ListParametersRequest) -> ListParametersResult {
         let shallow = |rest: &str| {
             request.depth == ListParametersRequest::DEPTH_RECURSIVE

@@ -85,26 +85,26 @@ impl Qos {
         }
     }
 
-    /// As [`Qos::record`], for reliable publishers: no message is lost in transit either.
+    /// Like [`Qos::record`], for reliable publishers: no message is lost in transit either.
     #[must_use]
     pub fn record_reliable() -> Self {
         Self::reliable(10_000)
     }
 
-    /// As [`Qos::record_reliable`], including earlier messages of a transient-local publisher.
+    /// Like [`Qos::record_reliable`], including earlier messages of a transient-local publisher.
     #[must_use]
     pub fn record_latched() -> Self {
         Self::latched(10_000)
     }
 
     /// For a subscription: follows the first publisher, and refuses others until that one has been silent for 1 s. So the nodes of two loops that
-    /// meet in flight keep to their own loop.
+    /// meet during a flight stay with their own loop.
     #[must_use]
     pub fn of_one_publisher(self) -> Self {
         self.of_one_publisher_until(Duration::ZERO)
     }
 
-    /// As [`Qos::of_one_publisher`]; a publisher refused before is accepted after this time of silence.
+    /// Like [`Qos::of_one_publisher`]; a publisher refused before is accepted after this time of silence.
     #[must_use]
     pub fn of_one_publisher_until(self, silence: Duration) -> Self {
         Self {

@@ -1,5 +1,5 @@
-//! Parameters such as `qos_overrides.TOPIC.publisher.reliability`, set at the start: with them a user chooses the quality of service of a topic,
-//! as in rclcpp and rclpy.
+//! Parameters such as `qos_overrides.TOPIC.publisher.reliability`, set at the start: with these a user chooses the quality of service of a topic, the
+//! same as in rclcpp and rclpy.
 //!
 //! | policy | values |
 //! |---|---|

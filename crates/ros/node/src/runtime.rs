@@ -58,7 +58,7 @@ pub enum Flow {
 pub enum Next<E> {
     /// The next event.
     Event(E),
-    /// The process has been asked to stop.
+    /// The process has been requested to stop.
     Stop,
     /// The timeout has passed.
     Timeout,
@@ -156,7 +156,7 @@ impl<E: 'static> Runtime<E> {
         self.shared.topic_name(topic)
     }
 
-    /// The node's time: the machine's, or that of `/clock` if `use_sim_time` is set.
+    /// The node's time: the machine's clock, or `/clock` if `use_sim_time` is set.
     #[must_use]
     pub fn now(&self) -> Time {
         self.shared.clock.now()
@@ -214,7 +214,7 @@ impl<E: 'static> Runtime<E> {
         })
     }
 
-    /// Boxed, as in [`Shared::spawn`].
+    /// The future is boxed for the same reason as in [`Shared::spawn`].
     fn timer(&self, work: impl Future<Output = ()> + 'static) -> Timer {
         Timer {
             task: Some(self.executor.spawn(work.boxed_local())),
@@ -272,14 +272,14 @@ impl<E: 'static> Runtime<E> {
         diagnostics::set_status(&self.shared, name, level, message, values);
     }
 
-    /// The node's present topics and peers, as in its diagnostics.
+    /// The node's present topics and peers, as shown in its diagnostics.
     #[must_use]
     pub fn connections(&self) -> Connections {
         diagnostics::connections(&self.shared)
     }
 
-    /// Handles events until the handler returns [`Flow::Stop`] or an error, or the process is asked to stop; then shuts the node down and informs its
-    /// peers.
+    /// Handles events until the handler returns [`Flow::Stop`] or an error, or the process is requested to stop; then shuts the node down and informs
+    /// its peers.
     ///
     /// # Errors
     /// The handler's error, or an error of writing the exit report.
@@ -316,7 +316,7 @@ impl<E: 'static> Runtime<E> {
         outcome.and(self.shutdown().map_err(X::from))
     }
 
-    /// Waits until the process is asked to stop; an error if the node cannot continue.
+    /// Waits until the process is requested to stop; an error if the node cannot continue.
     async fn asked_to_stop(&self) -> Result<()> {
         let (stop, failed) = (self.stop.recv(), self.failed.recv());
         futures::pin_mut!(stop, failed);

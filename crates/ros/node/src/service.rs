@@ -292,7 +292,7 @@ pub struct Client<S: Service> {
 struct Connection {
     name: String,
     shared: Rc<Shared>,
-    /// One call at a time: the middleware gives a response to the caller that has waited longest.
+    /// Only one call runs at a time, because the middleware gives a response to the caller that has waited longest.
     inner: Weak<Mutex<MiddlewareClient>>,
     /// Whether a server has been found before.
     settled: Rc<Cell<bool>>,

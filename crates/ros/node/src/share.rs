@@ -45,7 +45,7 @@ impl Share {
     }
 }
 
-/// Guard of one request; its handling ends when this is dropped.
+/// Guard of one request; the handling of the request ends when the guard is dropped.
 #[derive(Debug)]
 pub(crate) struct RequestSlot {
     share: Rc<Share>,

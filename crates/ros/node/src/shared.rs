@@ -47,7 +47,7 @@ pub(crate) struct Shared {
     executor: Weak<LocalExecutor<'static>>,
     /// Publishers and subscriptions of the node itself, without those of the runtime.
     pub(crate) endpoints: RefCell<Vec<Rc<Endpoint>>>,
-    /// Objects that live as long as the middleware; public handles are weak references to them.
+    /// Objects that live as long as the middleware; public handles hold weak references to these objects.
     kept: RefCell<Vec<Rc<dyn Any>>>,
     pub(crate) throttle: RefCell<Throttle>,
     pub(crate) statuses: RefCell<BTreeMap<String, DiagnosticStatus>>,
@@ -62,7 +62,7 @@ pub(crate) struct Shared {
     pub(crate) answers: Answers,
     /// Request writers of clients that are known to receive answers.
     matched_clients: RefCell<HashSet<GUID>>,
-    /// Number of clients opened for each service. They live as long as the node.
+    /// Number of clients opened for each service. The clients live as long as the node.
     clients: RefCell<BTreeMap<String, usize>>,
     /// When each participant last sent on a topic with many publishers, such as `/diagnostics`.
     heard: RefCell<BTreeMap<ParticipantId, Instant>>,
@@ -191,7 +191,7 @@ impl Shared {
         }
     }
 
-    /// As [`Shared::sleep_until`], for a duration.
+    /// Like [`Shared::sleep_until`], for a duration.
     pub(crate) async fn sleep(&self, duration: Duration) {
         match Instant::now().checked_add(duration) {
             Some(due) => self.sleep_until(due).await,

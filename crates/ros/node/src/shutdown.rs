@@ -1,7 +1,7 @@
 //! SIGINT, SIGTERM and SIGHUP as events.
 //!
-//! SIGHUP, sent when a terminal is closed, has the same effect as SIGTERM. It may be sent twice, by shell and system, and so does not count as a
-//! second, urgent request. It is ignored if it was ignored at the start, as with `nohup`.
+//! SIGHUP, sent when a terminal is closed, has the same effect as SIGTERM. SIGHUP may be sent twice, by shell and system, and so does not count as a
+//! second, urgent request. SIGHUP is ignored if it was ignored at the start, for example with `nohup`.
 
 use crate::error::{Error, Result};
 use std::fs;
@@ -24,7 +24,7 @@ pub fn at_once() {
     AT_ONCE.store(true, Ordering::Relaxed);
 }
 
-/// A receiver that becomes ready when the process is asked to stop.
+/// A receiver that becomes ready when the process is requested to stop.
 ///
 /// # Errors
 /// The signals cannot be handled.
@@ -69,7 +69,7 @@ fn listen(sender: Sender<()>) -> std::io::Result<()> {
         .map(drop)
 }
 
-/// Whether the process was started with the signal ignored; `false` if `/proc` does not tell.
+/// Whether the process was started with the signal ignored; `false` if `/proc` is not readable.
 fn is_ignored(signal: i32) -> bool {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let ignored = status.lines().find_map(|it| it.strip_prefix("SigIgn:"));

@@ -67,7 +67,7 @@ pub(crate) fn start(
     Ok(())
 }
 
-/// Refuses messages from a writer of another type, and those that `read` refuses; logs the topic and the reason.
+/// Refuses messages from a writer of another type, and messages that `read` refuses; logs the topic and the reason.
 async fn forward_samples(
     shared: Rc<Shared>,
     endpoint: Rc<Endpoint>,
@@ -133,7 +133,7 @@ async fn forward_samples(
 struct Publishers<'a> {
     shared: &'a Shared,
     endpoint: &'a Endpoint,
-    /// Objection to each writer; empty if there is none.
+    /// Objection to each writer; empty if there is no objection.
     objections: BTreeMap<Gid, String>,
     followed: Followed,
     /// The node that owns the topic.

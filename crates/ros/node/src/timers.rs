@@ -4,7 +4,8 @@ use crate::error::{Error, Result};
 use std::os::unix::net::UnixStream;
 use std::panic;
 
-/// Starts the thread. Its library would start it at the first timer, and would panic if the system provides no thread; here that is an error.
+/// Starts the thread. The timer library would start the thread at the first timer, and would panic if the system provides no thread; here this is an
+/// error.
 ///
 /// # Errors
 /// The system provides no thread.

@@ -1,4 +1,4 @@
-//! `~/get_type_description`: describes the types that the node knows (REP 2016).
+//! `~/get_type_description`: describes the types known to the node (REP 2016).
 
 use planesman_msgs::{
     description::describe,

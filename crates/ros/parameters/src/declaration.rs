@@ -5,7 +5,7 @@ use crate::{ParameterType, Refusal, Value};
 /// A declared parameter: the content of `ros2 param describe`, and the rule for new values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Declaration {
-    /// Name with dots between levels, such as `depth.kp`.
+    /// Name of the parameter; dots separate groups, for example `depth.kp`.
     pub name: String,
     /// Default value, which also determines the type.
     pub default: Value,
@@ -13,7 +13,7 @@ pub struct Declaration {
     pub description: &'static str,
     /// Unit; `""` for text, booleans and pure numbers.
     pub unit: &'static str,
-    /// Direction of positive numbers, such as `down`; `""` if none is given.
+    /// Direction of positive numbers, such as `down`; `""` if no direction is given.
     pub positive: &'static str,
     /// Closed interval for every number in the value.
     pub range: Option<(f64, f64)>,

@@ -57,7 +57,7 @@ pub trait Parameters: Default {
         declarations
     }
 
-    /// These parameters as values by name.
+    /// These parameters as values with their names.
     #[must_use]
     fn values(&self) -> Values {
         let mut present = Vec::new();
@@ -65,7 +65,7 @@ pub trait Parameters: Default {
         Values::defaults(present)
     }
 
-    /// These parameters with changes by name, as allowed at a node's start.
+    /// These parameters after changes by name, as allowed at a node's start.
     ///
     /// # Errors
     /// The first [`Refusal`]: an undeclared name, or a value refused by its declaration.
@@ -102,7 +102,7 @@ impl Values {
     }
 }
 
-/// Name of a parameter in a group; `under`: name of the group, `""` for none.
+/// Name of a parameter in a group; `under` is the name of the group, `""` without a group.
 #[must_use]
 pub fn dotted(under: &str, name: &str) -> String {
     match under {

@@ -9,8 +9,8 @@ use crate::{Declaration, ParameterType, Refusal, Value};
 /// A renamed word in parameter names: old and new.
 const RENAMED: (&str, &str) = ("course", "heading");
 
-/// `; its name is 'NAME' now` for a renamed parameter, else `; did you mean 'NAME'?` with the most similar declared name; empty if none is
-/// similar.
+/// `; the parameter is now called 'NAME'` for a renamed parameter, otherwise `; did you mean 'NAME'?` with the most similar declared name; empty if
+/// no name is similar.
 #[must_use]
 pub fn probably_meant(name: &str, declarations: &[Declaration]) -> String {
     let names = || declarations.iter().map(|d| d.name.as_str());
@@ -60,7 +60,7 @@ impl Values {
         self.values.get(name)
     }
 
-    /// This set with changes at the start, when read-only parameters may change too.
+    /// This set after changes at the start, when read-only parameters may change too.
     ///
     /// # Errors
     /// The first [`Refusal`]: an undeclared name, or a value refused by its declaration.
@@ -71,7 +71,7 @@ impl Values {
         self.changed(changes, true)
     }
 
-    /// This set with changes at run time, when read-only parameters are refused.
+    /// This set after changes at run time, when read-only parameters are refused.
     ///
     /// # Errors
     /// The first [`Refusal`]: an undeclared or read-only name, or a value refused by its declaration.

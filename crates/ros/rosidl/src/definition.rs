@@ -271,7 +271,7 @@ pub enum Value {
     List(Vec<Value>),
 }
 
-/// One field of a message.
+/// A field of a message.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
     /// The field's name.

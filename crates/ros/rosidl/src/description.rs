@@ -7,7 +7,7 @@ use crate::definition::{Arity, Element, Field, Message, Primitive, Value};
 pub struct FieldDescription {
     /// The field's name.
     pub name: String,
-    /// Type, one of the constants of `FieldType`.
+    /// Type number, one of the constants of `FieldType`.
     pub type_id: u8,
     /// Size of an array, bound of a bounded sequence, else 0.
     pub capacity: u32,
@@ -15,7 +15,7 @@ pub struct FieldDescription {
     pub string_capacity: u32,
     /// Name of a used message, else empty.
     pub nested_type_name: String,
-    /// Default as written by rosidl's Python code (`True`, `1.0`); empty for none.
+    /// Default as written by rosidl's Python code (`True`, `1.0`); empty if there is no default.
     pub default_value: String,
 }
 

@@ -1,6 +1,6 @@
 //! RIHS01, the type hash of ROS 2 (REP-2011 and REP-2016).
 //!
-//! The hash is the SHA-256 of a JSON text that describes the type and all types it uses, sorted by name. Its layout is that of
+//! The hash is the SHA-256 of a JSON text that describes the type and all types it uses, sorted by name. The JSON has the layout of
 //! `type_description_interfaces/msg/TypeDescription` without default values, with the spacing of Python's `json.dumps`. Constants, defaults and
 //! comments are not included.
 

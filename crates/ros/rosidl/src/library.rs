@@ -1,6 +1,6 @@
 //! A set of definitions that use each other, with the types ROS derives from services and actions.
 //!
-//! rosidl derives further message types from each service and action. These are sent on the wire, and are part of the type hashes:
+//! rosidl derives further message types from each service and action. These derived types are sent on the wire, and are part of the type hashes:
 //!
 //! | definition | derived types |
 //! |---|---|
@@ -89,7 +89,7 @@ impl Library {
         Ok(())
     }
 
-    /// Adds a service and the messages derived from it.
+    /// Adds a service and the messages derived from the service.
     ///
     /// # Errors
     /// [`Rule::Duplicate`] if a name exists.
@@ -128,7 +128,7 @@ impl Library {
         Ok(())
     }
 
-    /// Adds an action and the messages and services derived from it.
+    /// Adds an action and the messages and services derived from the action.
     ///
     /// # Errors
     /// [`Rule::Duplicate`] if a name exists.
@@ -209,7 +209,7 @@ impl Library {
         self.messages.values()
     }
 
-    /// All services, including those of actions, sorted by name.
+    /// All services, including the services of actions, sorted by name.
     pub fn services(&self) -> impl Iterator<Item = &Service> {
         self.services.values()
     }

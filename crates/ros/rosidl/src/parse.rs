@@ -1,8 +1,8 @@
 //! Parser of `.msg`, `.srv` and `.action` texts.
 //!
-//! The grammar is that of the ROS 2 interface definition page ("About ROS 2 interfaces"), as in rosidl. Comments are kept: the block at the top
-//! describes the message; a comment after a declaration, indented below it, or directly above it describes that declaration. Other comment
-//! blocks, separated by a blank line, are not assigned.
+//! The grammar is described on the ROS 2 page "About ROS 2 interfaces", and matches rosidl. Comments are kept: the block at the top describes the
+//! message; a comment after a declaration, indented below it, or directly above it describes that declaration. Other comment blocks, separated by a
+//! blank line, are not assigned.
 
 use std::collections::BTreeSet;
 
@@ -284,7 +284,7 @@ fn declaration(
     }
 }
 
-/// Splits a value from the comment after it. A `#` in a quoted value is text.
+/// Splits a value from the comment after the value. A `#` in a quoted value is text.
 fn split_comment(text: &str) -> (&str, Option<&str>) {
     let quoted = match text.chars().next() {
         Some(quote @ ('"' | '\'')) => closing_quote(text, quote).unwrap_or(0),
@@ -453,7 +453,7 @@ fn parse_integer(text: &str) -> Option<i128> {
     Some(if negative { -value } else { value })
 }
 
-/// A string value without its quotes, if any; a backslash escapes a quote or backslash.
+/// A string value without its quotes, if it has quotes; a backslash escapes a quote or backslash.
 fn unquote(text: &str) -> String {
     let quote = match text.chars().next() {
         Some(quote @ ('"' | '\'')) if closing_quote(text, quote) == Some(text.len()) => quote,

@@ -1,6 +1,6 @@
 //! The `ros2msg` schema text: a definition followed by all types it uses, as stored by rosbag2 in MCAP.
 //!
-//! Sections are separated by a line of 80 `=` and begin with `MSG: package/Type`. The order is that of rosbag2: depth first through the types
+//! Sections are separated by a line of 80 `=` and begin with `MSG: package/Type`. The order is the same as in rosbag2: depth first through the types
 //! used by each definition, sorted by name, each written once.
 
 use std::collections::BTreeSet;

@@ -1,8 +1,8 @@
-//! Download of a bag's file, as far as it is written.
+//! Download of a bag's file, up to the part already written.
 //!
-//! The path comes from a diagnostic message, which anybody in the domain may send. It may be a pipe without a writer, a device with side
-//! effects, or a file on a disk that does not answer. So only regular files are opened, a few at a time on threads of their own: a file that
-//! hangs blocks only its own thread.
+//! The path comes from a diagnostic message, which anybody in the domain may send. The path may be a pipe without a writer, a device with side
+//! effects, or a file on a disk that does not respond. So only regular files are opened, a few at a time and each on its own thread: a file that
+//! hangs blocks only that thread.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read as _};
@@ -24,7 +24,7 @@ const MAX_FILES: usize = 4;
 const DISK_TIMEOUT: Duration = Duration::from_secs(5);
 /// Size of a part, bytes.
 const PART_BYTES: u64 = 1 << 16;
-/// The first bytes of an MCAP file; no other file is sent, whatever path a diagnostic names.
+/// The first bytes of an MCAP file; no other file is sent, regardless of the path in a diagnostic.
 const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 
 /// The threads that wait for disks.

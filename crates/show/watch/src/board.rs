@@ -154,7 +154,7 @@ impl Board {
     }
 }
 
-/// State of one page: what has been sent to it.
+/// State of one page: the data that has been sent to the page.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reader {
     /// The page's channels, each with its number.

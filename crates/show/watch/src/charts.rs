@@ -47,7 +47,7 @@ const fn edge(label: &'static str, channel: &'static str) -> Trace {
     }
 }
 
-/// Computed channels that are not fields of a message: the dominant pole of the identified model, two standard deviations about it, and the
+/// Computed channels that are not fields of a message: the dominant pole of the identified model, two standard deviations about this pole, and the
 /// number of warnings and errors in the statuses of the vehicle's nodes.
 pub(crate) const POLE: &str = "~pole";
 pub(crate) const POLE_LOW: &str = "~pole_low";
@@ -128,7 +128,7 @@ pub(crate) const SETPOINTS: &[(&str, &str)] = &[
     ("speed", "m/s"),
 ];
 
-/// Channels that the side view needs, whatever charts are shown.
+/// Channels that the side view needs, regardless of the charts shown.
 pub(crate) const SIDE_VIEW: &[&str] = &[
     "state:depth",
     "state:pitch",

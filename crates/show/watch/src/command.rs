@@ -23,7 +23,7 @@ pub(crate) enum Command {
         name: String,
         kind: u8,
         text: String,
-        /// SI unit of the parameter, empty for none.
+        /// SI unit of the parameter, empty if it has none.
         unit: String,
     },
     /// Call a `std_srvs/srv/Trigger`.

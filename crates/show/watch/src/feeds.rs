@@ -88,7 +88,7 @@ impl Feed {
         fields.iter().map(with_unit).collect()
     }
 
-    /// Decodes a message and returns its stamp, s, if any; [`Feed::numbers`] then returns its numbers.
+    /// Decodes a message and returns its stamp, s, if it has one; [`Feed::numbers`] then returns its numbers.
     pub(crate) fn read(&mut self, sample: &RawSample) -> Result<Option<f64>, DecodeError> {
         self.received += 1;
         self.losses.received(sample.publisher, sample.sequence);

@@ -16,8 +16,8 @@
 //! | `bag_file` | the recorder's file, for download |
 //! | `page/` | the page itself: HTML, CSS and JavaScript without a build step |
 //!
-//! The node runs on the thread that calls [`run`], the server on one of its own. The node writes to the board; each page's event stream reads
-//! the board about thirty times a second. A slow page gets larger messages and delays nobody else.
+//! The node runs on the thread that calls [`run`], the server on a separate thread. The node writes to the board; each page's event stream reads the
+//! board about thirty times a second. A slow page gets larger messages and delays nobody else.
 
 mod bag_file;
 mod board;
@@ -67,7 +67,7 @@ impl Default for Options {
     }
 }
 
-/// Serves the page and runs its node until the process is asked to stop.
+/// Serves the page and runs its node until the process is requested to stop.
 ///
 /// # Errors
 /// The address cannot be listened on, or the middleware does not start.

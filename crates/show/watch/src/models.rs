@@ -28,7 +28,7 @@ pub struct Pole {
 /// A vehicle as known from its parameters.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Vehicle {
-    /// Its name or file.
+    /// Name or file of the model.
     pub name: String,
     /// Depth of the bottom, m; 0 without a bottom.
     pub bottom: f64,

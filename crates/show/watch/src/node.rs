@@ -506,7 +506,7 @@ fn namespace(name: &str) -> &str {
     name.rsplit_once('/').map_or("", |(namespace, _)| namespace)
 }
 
-/// The namespaces that contain topics of a loop, those of vehicles first.
+/// The namespaces that contain topics of a loop; namespaces of vehicles come first.
 fn vehicles(published: &[PublishedTopic]) -> Vec<&str> {
     let is_ours = |topic: &&PublishedTopic| {
         let name = topic.name.rsplit('/').next().unwrap_or_default();

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 /// Maximum number of nodes and statuses shown: a hostile peer can create any number.
 const MAX_NODES: usize = 500;
 const MAX_STATUSES: usize = 2000;
-/// Largest total text of all statuses, bytes: about a hundred times that of one vehicle.
+/// Largest total text of all statuses, bytes: about a hundred times the text of one vehicle.
 const MAX_TEXT: usize = 4 << 20;
 
 /// Time without diagnostics after which a node counts as silent; nodes send them every second.
@@ -50,7 +50,7 @@ pub(crate) struct Nodes {
 }
 
 impl Nodes {
-    /// Updates the nodes from discovery's names; returns those that are new or back.
+    /// Updates the nodes from discovery's names; returns the nodes that are new or have returned.
     pub(crate) fn discovered(&mut self, names: &[String], now: Instant) -> Vec<String> {
         for (name, node) in &mut self.nodes {
             if node.discovered && names.binary_search(name).is_err() {

@@ -5,8 +5,7 @@ use std::collections::VecDeque;
 /// Number of samples kept per channel: almost three hours at 20 Hz.
 pub(crate) const SAMPLES_PER_CHANNEL: usize = 200_000;
 
-/// A reader that had caught up and then falls behind by more samples continues with the newest ones: otherwise a slow connection would show an
-/// ever older past.
+/// A reader that falls behind by more samples continues with the newest samples: otherwise a slow connection would show an ever older past.
 const MAX_LAG: u64 = 20_000;
 
 /// Time that goes back by less is a message out of order; by more, the vehicle has restarted, s.

@@ -343,7 +343,7 @@ fn busy(text: &str) -> Response {
     (StatusCode::SERVICE_UNAVAILABLE, Json(refused(text))).into_response()
 }
 
-/// The file that a recorder currently writes, as far as it is written.
+/// The file that a recorder currently writes, up to the part already written.
 async fn bag(State(shared): State<Shared>, RawQuery(query): RawQuery) -> Response {
     let Ok(permit) = shared.under_way.try_acquire() else {
         return busy("too many requests at once");

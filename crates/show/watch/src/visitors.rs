@@ -1,6 +1,7 @@
 //! Limits of connections, per address and in total. At the limit a new connection replaces an old one.
 //!
-//! Connections without the token are closed first, then those without an event stream, the oldest one of the address with the most.
+//! Connections without the token are closed first, then connections without an event stream; within these, the oldest connection of the address with
+//! the most connections.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -45,7 +46,7 @@ struct Table {
 }
 
 impl Table {
-    /// Makes room for one more connection of this address among those that have reached `stage`.
+    /// Makes room for one more connection from this address among the connections that have reached `stage`.
     fn make_room(&mut self, address: IpAddr, stage: Stage, places: Places) {
         let mut counts: BTreeMap<IpAddr, usize> = BTreeMap::new();
         for entry in self.entries.values().filter(|it| it.stage >= stage) {

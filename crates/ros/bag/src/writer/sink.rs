@@ -29,7 +29,7 @@ pub(super) fn create_new(path: &Path) -> io::Result<(File, File)> {
     Ok((file, handle))
 }
 
-/// The part of an error that matters to the user: the operating system's message if there is one.
+/// The part of an error that matters to the user: the operating system's message, if there is one.
 pub(super) fn reason(error: McapError) -> String {
     match error {
         McapError::Io(error) => error.to_string(),
@@ -70,8 +70,8 @@ pub(super) struct Gate {
     pub(super) closed: AtomicBool,
 }
 
-/// The file, which refuses data once its gate is closed. It is not buffered: a chunk is written at once, and the small records between
-/// chunks are rare.
+/// The file, which refuses data once its gate is closed. The file is not buffered: a chunk is written at once, and the small records between chunks
+/// are rare.
 pub(super) struct Sink {
     output: Box<dyn Write + Send>,
     gate: Arc<Gate>,

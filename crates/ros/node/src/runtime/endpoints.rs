@@ -61,7 +61,7 @@ impl<E: 'static> Runtime<E> {
         self.publisher(topic, Qos::of(loop_topic::<M>(topic)?))
     }
 
-    /// As [`Runtime::loop_publisher`], for readers that must not lose messages, such as members of lockstep.
+    /// Like [`Runtime::loop_publisher`], for readers that must not lose messages, such as members of lockstep.
     ///
     /// # Errors
     /// Those of [`Runtime::loop_publisher`].
@@ -85,7 +85,7 @@ impl<E: 'static> Runtime<E> {
         self.subscribe_where(topic, qos, |_| None, |_| Vec::new(), event)
     }
 
-    /// As [`Runtime::subscribe`]; also refuses messages for which `reason_against` returns a reason.
+    /// Like [`Runtime::subscribe`]; also refuses messages for which `reason_against` returns a reason.
     ///
     /// # Errors
     /// Those of [`Runtime::subscribe`].
@@ -99,7 +99,7 @@ impl<E: 'static> Runtime<E> {
         self.subscribe_where(topic, qos, reason_against, |_| Vec::new(), event)
     }
 
-    /// As [`Runtime::subscribe`], for messages sent in the name of nodes, given by full name (`/auv/sysid`). A message is refused if another
+    /// Like [`Runtime::subscribe`], for messages sent in the name of nodes, given by full name (`/auv/sysid`). A message is refused if another
     /// participant contains that node.
     ///
     /// # Errors

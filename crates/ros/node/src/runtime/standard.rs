@@ -233,7 +233,7 @@ impl<E: 'static> Runtime<E> {
         Ok(())
     }
 
-    /// Once a second: publishes what the middleware has refused, and fails if one of its threads has ended.
+    /// Once a second: publishes the messages that the middleware has refused, and fails if a thread of the middleware has ended.
     pub(super) fn watch_middleware(&self, threads: ThreadWatch, fail: Sender<String>) {
         let shared = Rc::downgrade(&self.shared);
         let mut overrides = Some(Rc::clone(&self.parameters));

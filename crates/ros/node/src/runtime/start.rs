@@ -46,7 +46,7 @@ pub struct NodeSpec<E, P> {
     pub name: &'static str,
     /// Default namespace, such as `/auv`; `__ns` remaps it.
     pub namespace: &'static str,
-    /// Rule for the complete set of parameters, beyond the range of each. `use_sim_time` is added to them.
+    /// Rule for the complete set of parameters, beyond the range of each. `use_sim_time` is added to the parameters.
     pub validate: fn(&P) -> Result<(), BoxedError>,
     /// Makes the event for changed parameters.
     pub on_parameters: fn(P) -> E,

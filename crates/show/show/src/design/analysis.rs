@@ -1,6 +1,6 @@
 //! Poles, margins and step response of the loop at each speed.
 //!
-//! The sampled loop is analysed, as it is implemented; the continuous approximation is printed for comparison.
+//! The sampled loop, as implemented, is analysed; the continuous approximation is printed for comparison.
 
 use std::f64::consts::PI;
 
@@ -249,7 +249,7 @@ impl Analysis {
 const LOOP_MAGNITUDE: [&str; 2] = ["Magnitude of the open loop", "magnitude [dB]"];
 const LOOP_PHASE: [&str; 2] = ["Phase of the open loop", "phase [deg]"];
 
-/// The poles that fit into one plot: without those of a dead time, far to the left.
+/// The poles that fit into one plot: poles far to the left, such as those of a dead time, are omitted.
 fn nearest_poles(poles: &[Complex<f64>]) -> Vec<(f64, f64)> {
     let far = 4.0
         * poles
@@ -319,7 +319,7 @@ pub fn described(judged: &Judgement) -> String {
     lines_of(judged, true)
 }
 
-/// As [`described`]; without `verbose` only the poles in s, the margins and the step response.
+/// Like [`described`]; without `verbose` only the poles in s, the margins and the step response.
 fn lines_of(judged: &Judgement, verbose: bool) -> String {
     let mut text = String::new();
     let mut line = |line: String| {

@@ -6,7 +6,7 @@
 //! stop is marked. A design does not follow if its tracking error exceeds the largest of: half of the reference's standard deviation, the
 //! dead zone, 1 % of the stroke. Neither kind counts as unbeaten.
 //!
-//! - **energy**: energy from the supply over the load cycle, pressure times volume, plus that of the solenoids, J;
+//! - energy: energy from the supply over the load cycle (pressure times volume), plus the energy of the solenoids, J;
 //! - **tracking**: root mean square of reference less position, m;
 //! - **peak pressure**: the highest chamber pressure, gauge, Pa;
 //! - **switchings**: number of valve switchings per hour, opening and closing counted separately;

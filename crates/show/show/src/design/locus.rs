@@ -95,7 +95,7 @@ impl Locus {
         Ok(in_s(dive_loop.poles()?, drive))
     }
 
-    /// The poles at a value, without those of the actuator's motion within a tick.
+    /// The poles at a value of the parameter, without the poles of the actuator's motion within a tick.
     ///
     /// # Errors
     /// A refused vehicle, numerical overflow.
@@ -107,7 +107,7 @@ impl Locus {
         Ok(poles_text(&poles))
     }
 
-    /// The HTML page: the locus as a plot, in which the cursor shows the value at each pole, and the table.
+    /// The HTML page: the table, and the locus as a plot, in which the cursor shows the parameter's value at each pole.
     ///
     /// # Errors
     /// As [`Locus::poles_text`].
@@ -195,7 +195,7 @@ impl Locus {
     }
 }
 
-/// Poles or zeros in `s`; for a sampled loop `ln(z) / T`, without those at `z = 0`.
+/// Poles or zeros in `s`; for a sampled loop `ln(z) / T`, without poles and zeros at `z = 0`.
 fn in_s(roots: Vec<Complex<f64>>, drive: &Drive) -> Vec<Complex<f64>> {
     match &drive.sampling {
         Some(sampling) => roots
@@ -206,7 +206,7 @@ fn in_s(roots: Vec<Complex<f64>>, drive: &Drive) -> Vec<Complex<f64>> {
     }
 }
 
-/// Lines of equal damping ratio and arcs of equal natural frequency in the left half plane, as far as `left` and `top`.
+/// Lines of equal damping ratio and arcs of equal natural frequency in the left half plane, up to `left` and `top`.
 fn damping_grid((left, top): (f64, f64)) -> Vec<Series<'static>> {
     const RATIOS: [f64; 4] = [0.2, 0.4, 0.6, 0.8];
     let left = left.max(0.1);

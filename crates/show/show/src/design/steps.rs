@@ -140,7 +140,7 @@ impl DepthSteps {
         table
     }
 
-    /// A note on what applies only to some rows.
+    /// A note on columns that apply only to some rows.
     #[must_use]
     pub fn explained(&self) -> String {
         format!(

@@ -24,8 +24,8 @@ pub const RATE: f64 = 20.0;
 /// Largest number of ticks over which a command may move the planes: each is a state of the sampled loop.
 const MOST_TICKS: f64 = 400.0;
 
-/// Brunner's vehicle without heave (NPS thesis, 1988, Table 3): J = 0.6 ft lbf s^2, By = 0.06 ft lbf s, Ky = 0.14 ft lbf/rad, with the same
-/// plane moment at every speed; the sign of `Ky` is that of program T6.
+/// Brunner's vehicle without heave (NPS thesis, 1988, Table 3): J = 0.6 ft lbf s^2, By = 0.06 ft lbf s, Ky = 0.14 ft lbf/rad, with the same plane
+/// moment at every speed; `Ky` has the sign of program T6.
 pub const TABLE_3: PitchModel = PitchModel {
     plane: 0.14 / 0.6,
     damping: 0.06 / 0.6,
@@ -37,7 +37,7 @@ pub const TABLE_3: PitchModel = PitchModel {
 pub enum Body {
     /// A built-in vehicle, a vehicle file or a model file.
     Vehicle {
-        /// Its name or path.
+        /// Name or path of the vehicle.
         name: String,
         /// The base vehicle of an identified model, which supplies everything except the pitch dynamics.
         base: String,
@@ -68,7 +68,7 @@ pub struct Subject {
     pub actuator: String,
     /// Controller rate (ticks per second, Hz); 0: only the continuous loop.
     pub rate: f64,
-    /// Delay from a measured state to the command computed from it, s: 0 in lockstep and in `sim`.
+    /// Delay from a measured state to the command computed from this state, s: 0 in lockstep and in `sim`.
     pub computing_delay: f64,
 }
 
@@ -105,7 +105,7 @@ pub struct Sampling {
     pub note: String,
 }
 
-/// The depth controller's default gains, those of program T6.
+/// The depth controller's default gains, which are those of program T6.
 #[must_use]
 pub fn default_gains() -> LoopGains {
     let ControllerParameters { depth, pitch, .. } = ControllerParameters::default();
@@ -134,7 +134,7 @@ impl Body {
         }
     }
 
-    /// The pitch dynamics at a speed, m/s, as the pole-placement formula needs them.
+    /// The pitch dynamics at a speed, m/s, in the form that the pole-placement formula needs.
     ///
     /// # Errors
     /// A refused vehicle.
@@ -153,7 +153,7 @@ impl Body {
         }
     }
 
-    /// The vehicle with its coefficients. A body in pitch only has none; its name is refused like that of a missing file.
+    /// The vehicle with its coefficients. A body in pitch only has no heave; its name is refused like that of a missing file.
     fn loaded(&self) -> Result<Vehicle> {
         match self {
             Self::Vehicle { name, base } => Ok(vehicle_file::load_on(name, base)?),
@@ -162,7 +162,7 @@ impl Body {
         }
     }
 
-    /// The plant about level flight at a speed, m/s.
+    /// The plant for level flight at a speed, m/s.
     fn plant(&self, speed: f64) -> Result<DivePlant> {
         if let Self::Pitch { model, .. } = self {
             return Ok(DivePlant::of_pitch(model, speed)?);
@@ -189,7 +189,7 @@ impl Body {
 }
 
 impl Subject {
-    /// The vehicle about level flight at a speed, m/s, driven through the actuator.
+    /// The vehicle in level flight at a speed, m/s, driven through the actuator.
     ///
     /// # Errors
     /// A refused vehicle, or numerical overflow.
@@ -291,7 +291,7 @@ pub fn speed_text(speed: f64) -> String {
     format!("{speed:.4} m/s ({:.3} ft/s)", speed / FOOT)
 }
 
-/// Gains in SI, those of the depth loop also in feet as in the report; integral gains and filter unless they are 0.
+/// Gains in SI; the gains of the depth loop also in feet, as in the report; integral gains and filter only if they are not 0.
 #[must_use]
 pub fn law_text(gains: &LoopGains, memory: &Memory) -> String {
     let mut text = gains_text(gains);
@@ -307,7 +307,7 @@ pub fn law_text(gains: &LoopGains, memory: &Memory) -> String {
     text
 }
 
-/// Gains in SI, those of the depth loop also in feet as in the report.
+/// Gains in SI; the gains of the depth loop also in feet, as in the report.
 #[must_use]
 pub fn gains_text(g: &LoopGains) -> String {
     format!(

@@ -1,7 +1,7 @@
 //! Gains of the depth and pitch loops for an identified vehicle, with margins that hold over the model's uncertainty.
 //!
-//! The gains are those of [`planesman_control::design::optimise`] for the model itself, with margins that are tightened until all but
-//! [`MISSED`] of the drawn vehicles keep the requested ones.
+//! The gains are those of [`planesman_control::design::optimise`] for the model itself. The margins are tightened until all drawn vehicles except the
+//! share [`MISSED`] keep the requested margins.
 
 use planesman_control::design::dive_loop::{DiveLoop, DivePlant, Judgement, Memory};
 use planesman_control::design::optimise::Wishes;
@@ -47,7 +47,7 @@ pub struct DiveTask {
     pub duration: f64,
 }
 
-/// The gains, and the margins of all vehicles with them.
+/// The gains, and the margins of all vehicles with these gains.
 #[derive(Clone, Debug)]
 pub struct DiveGains {
     /// Gains of the depth and pitch loops.

@@ -17,7 +17,7 @@ pub struct History {
     pub topic: String,
     /// The field; empty for a column of a table.
     pub field: String,
-    /// Its values in A and in B.
+    /// The field's values in A and in B.
     pub values: [Vec<(f64, f64)>; 2],
     /// B less A.
     pub difference: Vec<(f64, f64)>,

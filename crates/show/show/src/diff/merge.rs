@@ -58,7 +58,7 @@ struct Batch {
     notes: Vec<String>,
 }
 
-/// Compares the messages of both readers; takes the next message from the reader that is behind in time.
+/// Compares the messages of both readers; the next message is always taken from the reader that lags in time.
 fn merge(receivers: &[Receiver<Batch>; 2], comparing: &mut Comparing<'_>) -> Result<(), DiffError> {
     let mut read = [0_u64; 2];
     let mut has_ended = [false; 2];

@@ -27,7 +27,7 @@ pub struct Options<'a> {
     pub columns: &'a [ColumnOf<'a>],
 }
 
-/// Topics that contain wall time and no results of a loop. They are counted, and compared only on request.
+/// Topics that contain wall time and no results of a loop. These topics are counted, and compared only on request.
 pub const WALL_TIME: [&str; 3] = ["/diagnostics", "/rosout", "/parameter_events"];
 
 /// Largest size of payloads waiting for their partner, bytes.

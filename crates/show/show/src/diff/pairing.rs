@@ -1,11 +1,11 @@
 //! Pairing of the messages of a topic in two recordings.
 //!
-//! Messages of equal stamp are paired in recorded order; if several have one stamp, those with equal bytes first, since the order of several
-//! publishers depends on the recorder. Messages of a topic without stamps are paired by index.
+//! Messages with equal stamps are paired in recorded order. If several messages have the same stamp, messages with equal bytes are paired first,
+//! because the order of several publishers depends on the recorder. Messages of a topic without stamps are paired by index.
 
 use std::collections::{BTreeSet, VecDeque};
 
-/// Position of a message in time. A clock that goes back by more than a second, as after a restart of the loop, begins a new epoch.
+/// Position of a message in time. A clock that goes back by more than a second, for example after a restart of the loop, begins a new epoch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Key {
     epoch: u32,
@@ -46,8 +46,8 @@ impl Keys {
     }
 }
 
-/// Sorts a topic's messages by stamp, and those of one stamp by their bytes, without duplicates. The order does not depend on which of several
-/// publishers the recorder received first.
+/// Sorts a topic's messages by stamp, and messages with the same stamp by their bytes, without duplicates. The order does not depend on which of
+/// several publishers the recorder received first.
 #[derive(Default)]
 pub struct CanonicalOrder {
     keys: Keys,
@@ -80,7 +80,7 @@ pub(crate) struct Waiting {
     /// Index in its recording, over all topics.
     pub(crate) number: u64,
     pub(crate) payload: Vec<u8>,
-    /// Messages with later stamps came before it.
+    /// Messages with later stamps came before this message.
     pub(crate) is_late: bool,
 }
 
@@ -91,7 +91,7 @@ pub(crate) enum Outcome {
         a: Waiting,
         b: Waiting,
         is_same: bool,
-        /// In only one of the recordings another message of this stamp, or one of a later stamp, comes before it.
+        /// Another message with this stamp or a later stamp comes before this one in only one of the recordings.
         is_reordered: bool,
     },
     /// A message only in the recording of this index; `is_repeat`: it repeats an earlier message.
@@ -122,7 +122,7 @@ const LATE: usize = 16;
 /// Largest payload that is remembered, bytes.
 const LARGE: usize = 1 << 16;
 
-/// Number of messages of one stamp among which equal ones are looked for.
+/// Number of messages with the same stamp among which equal messages are searched.
 const GROUP: usize = 256;
 
 impl Pairing {
@@ -249,7 +249,7 @@ impl Pairing {
         end.or_else(|| self.has_ended[side].then_some(queue.len()))
     }
 
-    /// Pairs the messages of one stamp: first those with equal bytes, then the others in order.
+    /// Pairs the messages with the same stamp: first messages with equal bytes, then the others in order.
     fn pair_group(&mut self, [in_a, in_b]: [usize; 2], take: &mut dyn FnMut(&Outcome)) {
         let a: Vec<Waiting> = self.queues[0].drain(..in_a).collect();
         let mut b: Vec<Waiting> = self.queues[1].drain(..in_b).collect();

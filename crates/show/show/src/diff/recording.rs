@@ -14,7 +14,7 @@ use crate::diff::options::{DiffError, Options};
 pub(crate) struct Item {
     /// Index of its topic in the recording.
     pub(crate) topic: usize,
-    /// Its own stamp, ns.
+    /// The message's own stamp, ns.
     pub(crate) stamp: Option<i64>,
     pub(crate) payload: Vec<u8>,
 }
@@ -28,7 +28,7 @@ pub(crate) struct TopicOf {
     pub(crate) is_stamped: bool,
     /// Decoder of a bag message's stamp.
     stamp: Option<StampDecoder>,
-    /// Number of messages, as far as known in advance.
+    /// Number of messages, as far as it is known in advance.
     pub(crate) messages: u64,
 }
 
@@ -58,7 +58,7 @@ struct Column {
 /// Type definition of a column's messages.
 const NUMBER: &str = "float64 data\n";
 
-/// Opens both recordings. If one is a table, the bag is read as the table's columns, as far as these are known.
+/// Opens both recordings. If one recording is a table, the bag is read as the table's columns, as far as these are known.
 pub(crate) fn open(paths: [&Path; 2], options: &Options<'_>) -> Result<[Recording; 2], DiffError> {
     let tables = paths.map(is_table);
     if tables == [false; 2] {
@@ -77,7 +77,7 @@ pub(crate) fn open(paths: [&Path; 2], options: &Options<'_>) -> Result<[Recordin
     }
 }
 
-/// Path of a type's stamp; for a list of stamped messages, that of the first element.
+/// Path of a type's stamp; for a list of stamped messages, the stamp of the first element.
 fn stamp_path(types: &Types) -> Option<FieldPath> {
     let first = || {
         let fields = planesman_decode::Catalogue::of(types, 64).fields;
@@ -219,7 +219,7 @@ fn of_field(bag: &BagReader, topic: &Topic, field: &str) -> Option<Decoder> {
 }
 
 impl Recording {
-    /// Passes every message of the wanted topics to `take`, until `take` returns false. Returns notes that affect the result.
+    /// Passes every message of the selected topics to `take`, until `take` returns false. Returns notes that affect the result.
     pub(crate) fn read(
         &self,
         wanted: &dyn Fn(usize) -> bool,

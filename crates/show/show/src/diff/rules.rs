@@ -30,7 +30,7 @@ pub enum RuleError {
     NoTopic {
         /// The name.
         name: String,
-        /// The nearest topic, as a question.
+        /// The most similar topic, as a question.
         meant: String,
     },
     /// No message of these topics contains such a field.

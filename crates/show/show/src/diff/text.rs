@@ -8,7 +8,7 @@ use planesman_text::{number, option, shown};
 use crate::diff::comparison::{Comparison, First, TopicResult, What};
 
 impl Comparison {
-    /// One sentence: that the recordings are equal, or the first difference.
+    /// One sentence: either that the recordings are equal, or the first difference.
     #[must_use]
     pub fn headline(&self) -> String {
         let compared = self.topics.iter().filter(|it| it.left_out.is_empty());
@@ -72,7 +72,7 @@ impl Comparison {
         remarks
     }
 
-    /// The topics, those with differences first.
+    /// The topics, with the differing topics first.
     #[must_use]
     pub fn table(&self) -> Table {
         self.columns(|_| true)

@@ -155,7 +155,7 @@ fn plots<'a>(
     ]
 }
 
-/// The poles near the unit circle, either those that are artefacts of sampling or the others.
+/// The poles near the unit circle: either the artefacts of sampling, or the other poles.
 fn near_poles(model: &Compared, artefacts: bool) -> Vec<(f64, f64)> {
     let poles = model.reading().poles().unwrap_or_default();
     let wanted = poles

@@ -138,7 +138,7 @@ struct Part {
     role: &'static str,
     /// First and last sample of the file on the grid, counted from 1.
     samples: (usize, usize),
-    /// Their times, s from the output's first sample.
+    /// The samples' times, s from the output's first sample.
     times: (f64, f64),
 }
 
@@ -161,7 +161,7 @@ impl File<'_> {
         all.filter(|it| it.1.source == self.source).map(|it| it.0)
     }
 
-    /// Time of a segment's first sample, s from the output's first sample, as for `--window`.
+    /// Time of a segment's first sample, s from the output's first sample, the same as for `--window`.
     fn begin(&self, segment: usize) -> f64 {
         let record = &self.prepared.resampled.record;
         let channels = &self.prepared.sources[self.source].channels;
@@ -311,7 +311,7 @@ impl<'a> Evidence<'a> {
         table
     }
 
-    /// Sentences on what was found in the data and how it was cleaned.
+    /// Sentences about findings in the data and how the data was cleaned.
     pub(crate) fn cleaned(&self) -> Vec<String> {
         let mut told = Vec::new();
         let records = std::iter::once(&self.data.prepared).chain(&self.data.validation);

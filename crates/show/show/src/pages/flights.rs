@@ -47,7 +47,7 @@ pub fn published_and_lost(counts: &BTreeMap<String, Count>) -> (u64, u64) {
 /// A flight with its results.
 #[derive(Clone, Debug)]
 pub struct FlightReport {
-    /// Name of the flight: that of its folder.
+    /// Name of the flight, which is the name of its folder.
     pub name: String,
     /// Contents of the bag.
     pub flight: Flight,
@@ -207,7 +207,7 @@ pub fn comparison(flights: &[FlightReport]) -> Table {
     table
 }
 
-/// A sentence on what the difference column means; `None` unless there are two flights.
+/// A sentence that explains the difference column; `None` unless there are two flights.
 #[must_use]
 pub fn difference_note(flights: &[FlightReport]) -> Option<String> {
     match flights {
@@ -224,7 +224,7 @@ fn response_table(flights: &[FlightReport]) -> Markup {
     }
 }
 
-/// Whether one of the vehicles is moved by planes.
+/// Whether at least one vehicle is moved by planes.
 fn by_planes(flights: &[FlightReport]) -> bool {
     flights.iter().any(|it| !it.summary.hovers)
 }
@@ -612,7 +612,7 @@ fn pressure(flights: &[FlightReport]) -> Plot<'static> {
     })
 }
 
-/// Real or imaginary part of the true dominant pole, over the time in which one is identified.
+/// Real or imaginary part of the true dominant pole, over the time in which a pole is identified.
 fn true_pole(flown: &FlightReport, part: fn(Complex<f64>) -> f64) -> Points {
     let [real, _] = &flown.flight.time_histories.pole;
     let (Some(first), Some(last)) = (real.first(), real.last()) else {

@@ -3,8 +3,8 @@
 //! Each page is a function of results; it reads and writes no files.
 //!
 //! - [`flights`]: a dive, or a comparison of several; [`sweep`]: the cases of a sweep.
-//! - [`fit`]: a model; [`several`]: a model with several inputs and outputs; [`compare`]: a comparison of models; [`tables`]: the same as tables for a
-//!   terminal.
+//! - [`fit`]: a model; [`several`]: a model with several inputs and outputs; [`compare`]: a comparison of models; [`tables`]: the same results as
+//!   tables for a terminal.
 //! - [`equations`]: user-written state equations; [`continuous`]: a continuous-time transfer function; both also as text for a terminal.
 //! - [`tuning`]: gains for a model, also as text for a terminal.
 //! - [`review`]: data, model, validation, margins and robustness on one page, each number with its samples (`evidence`).

@@ -56,7 +56,7 @@ fn table(models: &[(&str, Reading<'_>)]) -> Table {
     table
 }
 
-/// A pole with its 95 % interval; of a pair the one with positive imaginary part.
+/// A pole with its 95 % interval; for a complex pair, the pole with positive imaginary part.
 pub(crate) fn text(pole: &Uncertain) -> String {
     let real = interval(pole.value.re, pole.real_deviation());
     match pole.value.im {

@@ -1,6 +1,6 @@
 //! Review of an identified model and its gains, for colleagues: one self-contained page, conclusion first, that prints on a few A4 pages. Each
-//! sentence and each cell links to the method and the samples it was computed from (`evidence`). Links from there lead back to the plots, in
-//! which that range is shaded.
+//! sentence and each cell links to the method and the samples it was computed from (`evidence`). Links from there lead back to the plots, in which
+//! the samples' range is shaded.
 
 use crate::plot::Plot;
 use maud::{Markup, html};
@@ -43,7 +43,7 @@ code { overflow-wrap: anywhere; background: var(--surface); padding: .1rem .3rem
 pub struct Gains<'a> {
     /// Whether the limits are kept.
     pub keeps_limits: bool,
-    /// Sentences: whether the limits are kept, the margins, and what limits them.
+    /// Sentences: whether the limits are kept, the margins, and the property that limits the margins.
     pub sentences: Vec<String>,
     /// The gains and how they were found: name and value.
     pub lines: Vec<(&'static str, String)>,
@@ -62,7 +62,7 @@ pub struct Gains<'a> {
 }
 
 impl<'a> Gains<'a> {
-    /// Results of a PI or PID controller; `titles`: those of input and output; `seed`: the seed of the drawn plants.
+    /// Results of a PI or PID controller; `titles` are those of input and output, `seed` is the seed of the drawn plants.
     #[must_use]
     pub fn of_tuning(of: &Tuning, titles: [&'a str; 2], seed: u32) -> Self {
         let robustness = &of.robustness;

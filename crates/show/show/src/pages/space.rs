@@ -20,7 +20,7 @@ pub(crate) const STYLE: &str = "
 /// Number of instants of the view.
 const INSTANTS: u32 = 400;
 
-/// The value at a time: that of the last point before it; 0 without points.
+/// The value at a time: the value of the last point before this time; 0 without points.
 pub(crate) fn held(points: &Points, t: f64) -> f64 {
     let behind = points.partition_point(|p| p.0 <= t);
     let at = points.get(behind.saturating_sub(1));

@@ -54,7 +54,7 @@ pub fn page(
     document("Planesman sweep", "", &body, "")
 }
 
-/// The fastest combination, the one of the least plane travel, and how many settle.
+/// The fastest combination, the combination with the least plane travel, and the number that settle.
 fn summary(space: &Space, outcomes: &Outcomes) -> Vec<Card> {
     let settled = outcomes.settled();
     let values = |of: &Settled| {

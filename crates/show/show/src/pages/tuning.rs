@@ -28,7 +28,7 @@ const AROUND: f64 = 30.0;
 /// Plots over the time after a step share one x axis.
 const STEP: &str = "step";
 
-/// The gains with their verdict, margins and responses; with `verbose` also the model, the method, and what limits the margins.
+/// The gains with their verdict, margins and responses; with `verbose` also the model, the method, and the property that limits the margins.
 #[must_use]
 pub fn outcome(of: &Tuning, verbose: bool) -> Outcome {
     let kind = match of.controller.kd {

@@ -2,7 +2,7 @@
 
 use serde_json::{Number, Value, json};
 
-/// Significant digits of a value, as shown at the cursor; and of a position along an axis: a millisecond in an hour.
+/// Number of significant digits of a value at the cursor, and of a position along an axis: enough for a millisecond in an hour.
 const DIGITS: usize = 5;
 const PLACE_DIGITS: usize = 7;
 

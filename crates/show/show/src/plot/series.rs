@@ -46,7 +46,7 @@ impl<'a> Series<'a> {
         self.style == Style::Area || x.is_sorted_by(|a, b| *a <= b + rounding)
     }
 
-    /// A band between two lines; each point has x, lower y and upper y. Its colour is that of the next series.
+    /// A band between two lines; each point has x, lower y and upper y. The band has the colour of the next series.
     pub fn band(
         name: impl Into<Cow<'a, str>>,
         bounds: impl IntoIterator<Item = (f64, f64, f64)>,
@@ -160,7 +160,7 @@ impl<'a> Plot<'a> {
         }
     }
 
-    /// Marks the points as points in a plane: the cursor finds the nearest one instead of the one with the same x.
+    /// Marks the points as points in a plane: the cursor finds the nearest point, in contrast to the point with the same x.
     #[must_use]
     pub fn plane(self) -> Self {
         Self {
@@ -299,7 +299,7 @@ impl<'a> Plot<'a> {
         Ok(script(&data.into()))
     }
 
-    /// The JSON of a series; `colour` is the number of its colour, 0 for none.
+    /// The JSON of a series; `colour` is the number of its colour, 0 for no colour.
     fn series_data(
         &self,
         series: &Series<'_>,

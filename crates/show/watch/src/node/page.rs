@@ -446,7 +446,7 @@ fn goal_of(goal: Goal) -> Result<ManoeuvreGoal, Error> {
     })
 }
 
-/// Sends an answer; a closed page needs none.
+/// Sends an answer; a closed page needs no answer.
 fn answer(reply: Reply, told: Value) {
     let _ = reply.send(told);
 }
