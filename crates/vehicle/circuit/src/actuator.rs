@@ -21,15 +21,15 @@ pub struct Actuator {
 /// The inputs of a sampling period: the reference, and the force on the load.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Demand {
-    /// The wanted position of the ram.
+    /// The position that the ram should reach.
     pub reference: Reference,
     /// The force against positive motion.
     pub force: Force,
 }
 
 impl Actuator {
-    /// An actuator at rest at `position`, m, under the force `force`, N. `accuracy` is the largest error of a step as a share of each
-    /// quantity's scale, `seed` that of the scatter of the valves' delays.
+    /// An actuator at rest at `position`, m, with the load force `force`, N. `accuracy` is the largest error of a step relative to each quantity's
+    /// scale, `seed` is the seed of the scatter of the valves' delays.
     #[must_use]
     pub fn new(
         circuit: &Arc<Circuit>,
@@ -59,8 +59,8 @@ impl Actuator {
         self.simulation.push(self.in_cycle(nanos), force);
     }
 
-    /// Runs to the instant `nanos` after the start. Sampling periods that begin before it use `demand`; one that begins exactly there waits
-    /// for the next call. An earlier instant has no effect.
+    /// Runs to the instant `nanos` after the start. Sampling periods that begin before this instant use `demand`; a period that begins exactly there
+    /// waits for the next call. An earlier instant has no effect.
     pub fn advance_to(&mut self, nanos: i64, demand: Demand) {
         if nanos <= 0 {
             return;
@@ -94,8 +94,8 @@ impl Actuator {
         self.simulation.at(self.in_cycle(nanos))
     }
 
-    /// At the instant `nanos`, to which the actuator has been advanced: the net volume from the levels, m^3, and the energy that an ideal
-    /// proportional valve would have used, J ([`Simulation::proportional`]).
+    /// At the instant `nanos`, to which the actuator has been advanced: the net volume taken from the supply levels, m^3, and the energy that an
+    /// ideal proportional valve would have used, J ([`Simulation::proportional`]).
     #[must_use]
     pub fn volume_and_proportional(&self, nanos: i64) -> [f64; 2] {
         let time = self.in_cycle(nanos);

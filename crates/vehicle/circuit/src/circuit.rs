@@ -15,7 +15,7 @@ use crate::choice::choice;
 
 /// Maximum number of supply levels, including the tank.
 pub const MOST_LEVELS: usize = 5;
-/// Maximum number of edges: each level to each chamber.
+/// Maximum number of edges: one for each pair of level and chamber.
 pub const MOST_EDGES: usize = 2 * MOST_LEVELS;
 /// Maximum number of valves in an edge.
 pub const MOST_VALVES: usize = 8;
@@ -36,7 +36,7 @@ pub struct Circuit {
     pub chambers: [Chamber; 2],
     /// Laminar leakage from A to B past the piston, m^3/(s Pa).
     pub seal_leakage: f64,
-    /// Gauge pressures of the supply levels, Pa, including the tank.
+    /// The supply levels with their gauge pressures, Pa, including the tank.
     pub levels: Vec<Level>,
     /// The oil.
     pub oil: Oil,
@@ -117,7 +117,7 @@ pub struct Load {
     /// Half of the stroke, m: |x| stays within it.
     #[serde(with = "travel")]
     pub travel: f64,
-    /// The elastic stops at its ends, if any.
+    /// The elastic stops at the ends of the travel, if there are any.
     pub elastic_stop: Option<ElasticStop>,
     /// R, m: ram travel per radian of plane.
     #[serde(with = "travel")]
@@ -149,7 +149,7 @@ pub struct Chamber {
 }
 
 impl Chamber {
-    /// The oil volume after the ram has enlarged it by `more`, m^3; at least a hundredth of that at mid-stroke.
+    /// The oil volume, m^3, after the ram has enlarged it by `more`; at least a hundredth of the volume at mid-stroke.
     #[inline]
     #[must_use]
     pub fn volume_at(&self, more: f64) -> f64 {
@@ -164,7 +164,7 @@ pub struct Level {
     pub name: String,
     /// Gauge pressure, Pa.
     pub pressure: f64,
-    /// The line from the level to its valves; `None` if they are next to it.
+    /// The line from the level to its valves; `None` if the valves are next to the level.
     pub line: Option<Line>,
 }
 
@@ -231,7 +231,7 @@ pub struct Valves {
     pub energy: f64,
 }
 
-/// The oil and the air in it.
+/// The oil and its air content.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Oil {
@@ -268,7 +268,7 @@ pub struct Control {
     /// Position errors below this are ignored while the reference rests, m.
     #[serde(default, with = "dead_zone")]
     pub dead_zone: f64,
-    /// Cost of one switching of a valve, as a share of the largest speed.
+    /// Cost of switching one valve once, as a share of the largest speed.
     #[serde(default, with = "switching_cost")]
     pub switching_cost: f64,
     /// Cost of the supply's largest power, as a share of the largest speed.
@@ -294,7 +294,7 @@ pub enum Law {
 }
 
 impl Oil {
-    /// The air's volume at the gauge pressure `pressure`, Pa, as a share of the oil's: `a = air (p_0/p)^(1/n)`.
+    /// The air's volume at the gauge pressure `pressure`, Pa, relative to the oil's volume: `a = air (p_0/p)^(1/n)`.
     #[must_use]
     pub fn air_at(&self, pressure: f64) -> f64 {
         self.air * libm::pow(ATMOSPHERE / (pressure + ATMOSPHERE), 1.0 / self.polytropic)
@@ -341,7 +341,7 @@ impl Circuit {
         [self.chambers[0].area, -self.chambers[1].area]
     }
 
-    /// The highest and the lowest level, Pa.
+    /// The highest and the lowest pressure of the supply levels, Pa.
     #[must_use]
     pub fn pressures(&self) -> (f64, f64) {
         let all = self.levels.iter().map(|level| level.pressure);
@@ -351,8 +351,8 @@ impl Circuit {
         )
     }
 
-    /// The energy of an ideal 4-way proportional valve, without lag and leakage, to move the ram by `way`, J: the highest level's pressure
-    /// for the volume into a chamber, minus the lowest one's for the volume out of the other.
+    /// The energy, J, that an ideal 4-way proportional valve without lag and leakage needs to move the ram by `way`: the highest level's pressure
+    /// times the volume into one chamber, minus the lowest level's pressure times the volume out of the other.
     #[must_use]
     pub fn proportional(&self, way: f64) -> f64 {
         let (high, low) = self.pressures();
@@ -458,7 +458,7 @@ impl Circuit {
             .fold(0.0, f64::max)
     }
 
-    /// All combinations that connect both chambers: an edge of A and one of B; of A alone if B has no area.
+    /// All combinations of edges that connect both chambers: one edge of A and one of B; only edges of A if B has no area.
     #[must_use]
     pub fn pairs(&self) -> Vec<[Option<usize>; 2]> {
         let of = |chamber| {
@@ -527,6 +527,6 @@ pub struct Steady {
     pub speed: f64,
     /// p_A and p_B, gauge, Pa.
     pub pressures: [f64; 2],
-    /// Power from the levels, W.
+    /// Power taken from the supply levels, W.
     pub power: f64,
 }

@@ -3,11 +3,11 @@
 //! The commanded speed is `v_r = v_ref + K_p (x_ref - x)`; within the dead zone, while the reference rests, it is zero and all valves
 //! close. [`Law::Model`] is the steady-state search of model-based digital flow control (M. Linjama, M. Huova et al., *Design and
 //! implementation of energy saving digital hydraulic control system*, SICFP 2007; A. Laamanen, *Minimization of pressure peaks in the
-//! digital hydraulic system*, TUT 2009). It compares pairs of edges and their openings: for each opening of A's edge, the openings of B's
-//! edge next to the one needed for the commanded speed, and the present one. The cost includes the steady speed under the measured force,
-//! switchings, power, and the resulting pressures: the steady ones, those while only one edge has switched, and their overshoot when load
-//! and oil spring absorb the change of speed. Pressures above the limit, or below that of the atmosphere (an empty chamber), cost the more
-//! the further they are beyond.
+//! digital hydraulic system*, TUT 2009). The controller compares pairs of edges and their openings. For each opening of A's edge it considers the
+//! present opening of B's edge, and the openings next to the one needed for the commanded speed. The cost includes the steady speed under the
+//! measured force, switchings, power, and the resulting pressures: the steady ones, those while only one edge has switched, and their overshoot when
+//! load and oil spring absorb the change of speed. Pressures above the limit, or below atmospheric pressure (an empty chamber), have a cost that
+//! grows with the distance from the limit.
 
 use crate::circuit::{Circuit, Law, MOST_EDGES, MOST_VALVES};
 use crate::coding::{Opening, SAME_FLOW, openings};
@@ -127,8 +127,8 @@ impl Controller {
         }
     }
 
-    /// Among openings of an edge with the same flow, the one that switches fewest valves, preferring those with the fewest switchings so
-    /// far.
+    /// Among openings of an edge with the same flow, the opening that switches the fewest valves; equal cases prefer valves with the fewest
+    /// switchings so far.
     fn choices(&self, simulation: &Simulation, edge: usize) -> Vec<Opening> {
         let commanded = simulation.commanded()[edge];
         let cost = |opening: &Opening| {
@@ -330,7 +330,7 @@ impl Measured {
     }
 }
 
-/// The opening of B's edge that gives the speed `asked` while A's has `k`; 0 if there is none.
+/// The opening of B's edge that gives the speed `asked` when A's edge has the opening `k`; 0 if there is none.
 fn needed(circuit: &Circuit, pair: [Option<usize>; 2], k: f64, asked: f64, force: f64) -> f64 {
     let level = |edge: Option<usize>| {
         edge.map_or(0.0, |edge| {

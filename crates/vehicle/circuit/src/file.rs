@@ -234,7 +234,7 @@ fn levels(supply: &BTreeMap<String, Pressure>) -> Result<Vec<Level>, Broken> {
     Ok(supply.iter().map(level).collect())
 }
 
-/// Checks that a ram pressed into an elastic stop by the levels stays in the cylinder, and that no plane turns by a quarter.
+/// Checks that a ram pressed into an elastic stop by the levels stays in the cylinder, and that no plane turns by 90 degrees.
 fn within_the_cylinder(circuit: &Circuit) -> Result<(), Broken> {
     let load = &circuit.load;
     let (high, low) = circuit.pressures();
@@ -351,7 +351,7 @@ fn moves_slowly(circuit: &Circuit) -> Result<(), Broken> {
     Ok(())
 }
 
-/// Adds their lines to the levels.
+/// Adds the lines to their levels.
 fn add_lines(
     lines: &BTreeMap<String, LineSection>,
     oil: &Oil,

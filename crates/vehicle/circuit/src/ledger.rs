@@ -3,16 +3,16 @@
 //! ```text
 //! supply = throttling + seal + compression + viscous + friction + load + mechanical + stops + lines + line friction
 //! ```
-//! Every term is a separate integral, so the balance is a real check. The energy of switching is electrical and not part of it.
+//! Every term is a separate integral, so the balance is a real check. The energy of switching is electrical and not included.
 
 use crate::circuit::{MOST_EDGES, MOST_LEVELS};
 
 /// Works since the start, J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ledger {
-    /// Work of all levels: the pressure of each times the volume that left it.
+    /// Work of all levels: for each level, its pressure times the volume that left it.
     pub supply: f64,
-    /// The same by level; negative if a level received oil.
+    /// The same work, by level; negative if a level received oil.
     pub levels: [f64; MOST_LEVELS],
     /// Lost in the valves of each edge.
     pub throttling: [f64; MOST_EDGES],

@@ -1,6 +1,6 @@
 #![doc = include_str!("../README.md")]
 //!
-//! - [`Circuit`], [`mod@file`]: the constants of a circuit, and their file; [`Line`]: a hydraulic line from a level to its valves.
+//! - [`Circuit`], [`mod@file`]: the constants of a circuit, and the file that contains them; [`Line`]: a hydraulic line from a level to its valves.
 //! - [`Simulation`]: the motion with valves that open and close, and a ram that sticks, slides and reaches its stops; [`Ledger`]: its
 //!   energy.
 //! - [`Actuator`]: the circuit with its controller, [`Law`].

@@ -14,7 +14,7 @@
 //! volume = 1/(2Z) (I1 - r I2),   energy = 1/(4Z) (J1 + r^2 J2) + p_source volume
 //! I1, J1 the integrals of w and w^2 over [t - T, t], I2, J2 those over [t - 2T, t - T]
 //! ```
-//! The wave that left is stored for a round trip, as a polynomial for each step of the integration.
+//! The wave that left an end is stored for a round trip, as a polynomial for each integration step.
 
 use std::collections::VecDeque;
 
@@ -162,7 +162,7 @@ pub(crate) struct LineSample {
 /// The waves in a line.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Waves {
-    /// The index of its level.
+    /// The index of the line's level.
     pub(crate) level: usize,
     /// A round trip, s.
     trip: f64,

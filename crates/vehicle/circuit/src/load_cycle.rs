@@ -43,7 +43,7 @@ pub enum LoadCycleError {
     /// Time does not increase.
     #[error("point {0} of the load cycle is not later than the previous point")]
     Order(usize),
-    /// It lasts longer than a day, or less than a millisecond.
+    /// The load cycle lasts longer than a day, or less than a millisecond.
     #[error("the load cycle lasts {0} s; 0.001 to 86400 s are allowed")]
     Length(f64),
     /// A force beyond the range of a circuit's file.
@@ -128,8 +128,8 @@ impl LoadCycle {
         }
     }
 
-    /// The energy that an ideal 4-way proportional valve, without lag and leakage, would need for the motion of the reference, J: the
-    /// highest level's pressure for each volume into a chamber, minus the lowest one's for the volume out of the other.
+    /// The energy, J, that an ideal 4-way proportional valve without lag and leakage would need for the motion of the reference: the highest level's
+    /// pressure times each volume into a chamber, minus the lowest level's pressure times each volume out of the other.
     #[must_use]
     pub fn proportional(&self, circuit: &Circuit) -> f64 {
         let ways = self.points.windows(2);
@@ -196,7 +196,7 @@ impl LoadCycle {
 /// The results of a circuit that follows a load cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figures {
-    /// Energy from the supply plus that of the solenoids, J.
+    /// Energy from the supply plus the energy of the solenoids, J.
     pub energy: f64,
     /// Root mean square of reference minus position, m.
     pub tracking: f64,

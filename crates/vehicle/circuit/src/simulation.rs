@@ -27,13 +27,13 @@ use crate::line::{AtValves, LineStep, NODES, Waves};
 
 /// The index of the first edge's volume and loss.
 const FIRST_EDGE: usize = 12;
-/// Position, speed, pressures of A and B; then integrals: net compression, compression work, viscous work, work on the load's force, work
-/// of the stops' damping, work of the seal; the air's volume in A and B as a share of the oil's; then volume and loss of each edge.
+/// Position, speed, pressures of A and B. Then integrals: net compression, compression work, viscous work, work on the load's force, work of the
+/// stops' damping, work of the seal. Then the air's volume in A and B relative to the oil's; volume and loss of each edge.
 const STATES: usize = FIRST_EDGE + 2 * MOST_EDGES;
 
-/// The smallest jump of a line's wave at which a step ends, as a multiple of a step's largest error.
+/// The smallest jump of a line's wave at which an integration step ends, as a multiple of a step's largest error.
 const JUMP: f64 = 1.0;
-/// A step this short is accepted whatever its error, s. With many such steps and events in a cycle the motion counts as unsolved.
+/// A step this short, s, is accepted regardless of its error. With many such steps and events in a cycle the motion counts as unsolved.
 const SHORTEST: f64 = 1e-9;
 const MOST_FORCED: u32 = 100_000;
 
@@ -92,7 +92,7 @@ pub struct Force {
 struct Totals {
     /// The way, m.
     slid: f64,
-    /// The energy of an ideal proportional valve for it, J.
+    /// The energy of an ideal proportional valve for the same motion, J.
     proportional: f64,
     met_stop: bool,
     /// Kinetic energy absorbed by rigid stops, J.
@@ -109,7 +109,7 @@ struct Totals {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Simulation {
     circuit: Arc<Circuit>,
-    /// Largest error of a step, as a share of each quantity's scale.
+    /// Largest error of a step, relative to each quantity's scale.
     accuracy: f64,
     scales: [f64; STATES],
     longest: f64,
@@ -125,7 +125,7 @@ pub struct Simulation {
     k: [f64; MOST_EDGES],
     pending: Vec<Transition>,
     stretch: Option<Stretch>,
-    /// One for each level with a line.
+    /// The waves of each line; one entry for each level with a line.
     lines: Vec<Waves>,
     /// The quantities at the valves of lines over the stretch.
     line_steps: Vec<(usize, LineStep)>,
@@ -139,7 +139,7 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// A simulation at rest at `position`, m, with all valves closed. B has half the highest level's pressure, and A the pressure that
+    /// A simulation at rest at `position`, m, with all valves closed. Chamber B has half the highest level's pressure, and A has the pressure that
     /// carries the load.
     #[must_use]
     pub fn new(circuit: Arc<Circuit>, accuracy: f64, position: f64, force: f64, seed: u64) -> Self {
@@ -271,8 +271,8 @@ impl Simulation {
         self.totals.met_stop
     }
 
-    /// The energy that an ideal 4-way proportional valve, without lag and leakage, would need for the same motion up to `time`, to which
-    /// the simulation has been advanced, J: the highest level's pressure for each volume into a chamber, minus the lowest one's for the
+    /// The energy, J, that an ideal 4-way proportional valve without lag and leakage would need for the same motion up to `time`, to which the
+    /// simulation has been advanced: the highest level's pressure times each volume into a chamber, minus the lowest level's pressure times each
     /// volume out of the other.
     #[must_use]
     pub fn proportional(&self, time: f64) -> f64 {
@@ -293,7 +293,7 @@ impl Simulation {
         matches!(self.mode, Mode::AtStop(_)) || self.contact.is_some()
     }
 
-    /// Net volume from the levels up to `time`, to which the simulation has been advanced, m^3.
+    /// Net volume, m^3, taken from the supply levels up to `time`, to which the simulation has been advanced.
     #[must_use]
     pub fn volume(&self, time: f64) -> f64 {
         let row = self.row_at(time);
@@ -575,7 +575,7 @@ impl Simulation {
         line.at_valves(time, chambers, self.circuit.valves.transition)
     }
 
-    /// Kinetic energy plus that of springs and weight, J.
+    /// Kinetic energy plus the energy of springs and weight, J.
     fn stored(&self, row: &[f64; STATES]) -> f64 {
         let load = &self.circuit.load;
         let [x, v, ..] = *row;

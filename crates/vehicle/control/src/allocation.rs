@@ -1,8 +1,8 @@
 //! Distribution of one dive-plane angle to the bow and the stern planes.
 //!
 //! The report's planes moved together; "only forward or aft dive planes, or unequal coupling" are left to future designs (Brunner, NPS
-//! thesis, 1988, p. 8). The planes with the larger share get the whole commanded angle, the others a part of it, so a limit on the angle
-//! limits both.
+//! thesis, 1988, p. 8). The planes with the larger share get the complete commanded angle, the others a part of this angle. So a limit on the angle
+//! limits both pairs.
 
 /// The planes used for diving.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
@@ -24,7 +24,7 @@ pub(crate) struct Allocation {
     stern: f64,
 }
 
-/// The angles of both pairs, as in a plane command.
+/// The angles of both pairs of planes, as in a plane command.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Shared {
     /// Mean of bow and stern planes, rad, positive dive.

@@ -9,7 +9,7 @@
 
 use crate::limits::{Limit, bounded};
 
-/// A regulator of one angle.
+/// A controller of one angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct AngleLoop {
     /// Plane angle per angle of error.

@@ -8,9 +8,9 @@
 //! - The derivative acts on the measurement, as in program T6, or on the error; with or without a filter.
 //! - The integrals `I_z`, `I_y`, which the report does not have, are protected from wind-up ([`crate::integral`]).
 //! - **Bumpless transfer**: when the mode changes, `transfer` begins at the loops' last command minus the command of the new law, and
-//!   decays with its time constant. So at the tick of a change the loops' command equals the last one to within rounding, wherever the
-//!   vehicle is; until the next tick the transfer changes by at most its size times `dt / time`. Switching off takes effect at once.
-//! - Anti-windup of the pitch integral uses the plane limit, that of the depth integral the pitch limit.
+//!   decays with its time constant. So at the tick of a change, the loops' command equals the last command to within rounding, wherever the vehicle
+//!   is. Until the next tick the transfer changes by at most its size times `dt / time`. Switching off takes effect at once.
+//! - Anti-windup of the pitch integral uses the plane limit; anti-windup of the depth integral uses the pitch limit.
 //!
 //! With integrals, filter, rate limits and transfer at 0 it is the report's law, bit for bit.
 
@@ -63,7 +63,7 @@ pub enum Derivative {
 pub(crate) struct DiveRules {
     /// The signal of the derivative.
     pub derivative: Derivative,
-    /// Time constant of the derivative's filter, s; 0 for none.
+    /// Time constant of the derivative's filter, s; 0 for no filter.
     pub derivative_filter: f64,
     /// The largest integral term of the dive angle, rad.
     pub depth_i_limit: Limit,
@@ -73,7 +73,7 @@ pub(crate) struct DiveRules {
     pub anti_windup: AntiWindup,
     /// The largest plane angle, rad.
     pub planes_limit: Limit,
-    /// The planes' largest rate, rad/s; 0 for none.
+    /// The planes' largest rate, rad/s; 0 for no limit.
     pub planes_rate_limit: f64,
     /// Time constant of the transfer between modes, s; 0 for a step.
     pub transfer_time: f64,
@@ -107,7 +107,7 @@ pub(crate) struct DiveTerms {
     pub pitch_i: f64,
     /// The remainder of the step that a change of mode would have caused, rad of plane.
     pub transfer: f64,
-    /// `delta`, rad, dive positive, after limit and rate limit, and whether either of them acts.
+    /// `delta`, rad, dive positive, after limit and rate limit; and whether one of the limits acts.
     pub planes: Limited,
 }
 

@@ -72,7 +72,7 @@ struct Run {
     began: i64,
     /// The first state's distance, m.
     from: f64,
-    /// The last state's stamp, ns, and the answer to it.
+    /// The last state's stamp, ns, and the answer to this state.
     last: i64,
     answer: Answer,
     /// Whether states have been missing since, so that everything is neutral.
@@ -101,7 +101,7 @@ impl Controller {
         })
     }
 
-    /// Applies changed parameters, all or none; they take effect at the next stamp.
+    /// Applies all changed parameters, or none if one is refused; they take effect at the next stamp.
     ///
     /// # Errors
     /// [`Error::Parameters`]; then the present parameters stay.
@@ -178,7 +178,7 @@ impl Controller {
         }
     }
 
-    /// Ends the running manoeuvre, if there is one.
+    /// Ends the running manoeuvre, if a manoeuvre is running.
     pub fn stop_manoeuvre(&mut self) {
         self.manoeuvre = None;
     }
@@ -284,7 +284,7 @@ impl Controller {
     /// The answer at the time `now`, after no state has come for [`Controller::state_timeout`]: everything neutral, flagged. The run
     /// continues with the next state.
     ///
-    /// Its stamp is 1 ns after the last state's, so that a state that is only late can still be answered in the order of the stamps.
+    /// The stamp of this message is 1 ns after the last state's, so that a state that is only late can still be answered in the order of the stamps.
     #[must_use]
     pub fn on_silence(&mut self, now: Time) -> Answer {
         self.break_off("no vehicle state");

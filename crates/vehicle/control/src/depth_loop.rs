@@ -12,7 +12,7 @@
 //! theta_c = -(Kpz e_z + Kdz de_z/dt),   |theta_c| <= pitch limit
 //! ```
 //! The derivative acts on the measured depth, `de_z/dt = -dz/dt`: the program's `DERIV(0, EZ)` starts at zero after the step, so a step of
-//! the setpoint causes no impulse. (With the impulse the 5 ft step overshoots by 3.9 %; the thesis reports none.) [`crate::autopilot`]
+//! the setpoint causes no impulse. (With the impulse the 5 ft step overshoots by 3.9 %; the thesis reports no overshoot.) [`crate::autopilot`]
 //! computes the derivative of the error, the filter and the integral, and passes them as `rate` and `i`.
 
 use crate::limits::{Limit, Limited, bounded};

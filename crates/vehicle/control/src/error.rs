@@ -70,7 +70,7 @@ pub enum ParameterError {
         /// Why not.
         reason: ScheduleError,
     },
-    /// There is no depth between the bounds.
+    /// No depth lies between the bounds.
     #[error(
         "parameters 'depth.min', 'depth.max': {min} m refused: depth.min must not be above depth.max, {max} m"
     )]
@@ -190,7 +190,7 @@ pub enum ScheduleError {
 /// Why a manoeuvre or a test signal cannot be flown.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ManoeuvreError {
-    /// There is no manoeuvre with this name.
+    /// No manoeuvre has this name.
     #[error("manoeuvre '{name}' refused: the name must be one of {known}")]
     Unknown {
         /// The name.

@@ -1,4 +1,4 @@
-//! The faults of the envelope, as shown to the operator.
+//! The faults of the envelope, with the names shown to the operator.
 
 /// How the vehicle left its envelope.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! The feedback of the loops: the true state, or an estimate of it.
+//! The feedback of the loops: either the true state, or an estimate.
 //!
 //! All loops use a [`Feedback`]: the true state, or an estimator's motion in the vertical plane instead ([`Feedback::estimated`]).
 
@@ -51,7 +51,7 @@ impl Feedback {
         }
     }
 
-    /// This feedback with estimated depth, pitch, their rates and speed; roll and heading stay.
+    /// This feedback with estimated depth, pitch, their rates and speed; roll and heading remain unchanged.
     #[must_use]
     pub(crate) fn estimated(self, estimated: &Estimated) -> Self {
         let estimate = &estimated.estimate;

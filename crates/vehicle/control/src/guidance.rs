@@ -4,9 +4,8 @@
 //! leg from P to Q, course alpha: along s, across e (to starboard)     chi = alpha + atan2(-e, lookahead)
 //! the next leg begins within the acceptance radius of Q, or abeam of it
 //! ```
-//! Lookahead-based steering: Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), sec. 10.3.2. Turning circle and
-//! zig-zag are those of ships (IMO resolution MSC.137(76)): the rudder is reversed when the heading has changed by the angle of the
-//! zig-zag.
+//! Lookahead-based steering: Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), sec. 10.3.2. Turning circle and zig-zag are
+//! the standard manoeuvres of ships (IMO resolution MSC.137(76)): the rudder is reversed when the heading has changed by the angle of the zig-zag.
 
 use planesman_parameters::Choice;
 

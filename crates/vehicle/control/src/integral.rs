@@ -1,6 +1,6 @@
 //! An integral term of a control law, protected from wind-up while the output is at its limit.
 //!
-//! The report's loops have none. The strategies have the names of `control_toolbox`:
+//! The report's loops have no integral. The strategies have the names of `control_toolbox`:
 //!
 //! | strategy | slope of the term, with the error `e`, the unlimited output `u`, and `u_lim` after its limit |
 //! |---|---|
@@ -8,7 +8,7 @@
 //! | conditional_integration | `Ki e`, but 0 while that would drive `u` further beyond its limit |
 //! | back_calculation | `Ki e + (u_lim - u) / T_t` |
 //!
-//! With each strategy the term itself stays within its own limit (`i_clamp` there). It is stored in the unit of the output, so a changed
+//! With each strategy the term itself stays within its own limit (`i_clamp` there). The integral is stored in the unit of the output, so a changed
 //! gain causes no step. (Astrom and Hagglund, *Advanced PID Control*, 2006, ch. 3.)
 
 use crate::error::ParameterError;
@@ -27,7 +27,7 @@ pub struct AntiWindup {
 }
 
 impl AntiWindup {
-    /// The same, after checking that its strategy has what it needs.
+    /// The same settings, after checking that the strategy's parameters are given.
     ///
     /// # Errors
     /// [`ParameterError::TrackingTime`].

@@ -4,7 +4,7 @@
 //! Program T6 (App. C) has no limiter although its 5 ft step starts with a pitch command of 71.6° and a plane command of 50.1°; the thesis
 //! states the limits in its text. The plane limit acts on the sum of all terms, like the mechanical stop.
 
-/// The largest magnitude of a term within the loops, in any unit. It is far beyond any vehicle, and small enough that sums of terms stay
+/// The largest magnitude of a term within the loops, in any unit. The limit is far beyond any vehicle, and small enough that sums of terms stay
 /// finite.
 const LARGEST_TERM: f64 = 1e300;
 

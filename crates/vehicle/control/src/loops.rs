@@ -5,8 +5,8 @@
 //! level          -> roll PD -> bow planes, differentially
 //! heading setpoint -> heading PD -> rudder           speed setpoint -> feed-forward + P -> thrust
 //! ```
-//! Heading and speed are held if their `active` parameter is set, or once a setpoint for them has come on its topic. Roll is held level. In
-//! mode off nothing is held.
+//! Heading and speed are controlled if their `active` parameter is set, or once a setpoint has been received on their topic. Roll is controlled to
+//! zero. In mode off nothing is held.
 
 use crate::allocation::Shared;
 use crate::angle_loop::short_way;
@@ -41,7 +41,7 @@ pub(crate) struct Regulated {
 /// The source of the target depth.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) enum DepthSource {
-    /// The parameter, or a live change of it.
+    /// The value comes from the parameter, or from a live change of the parameter.
     #[default]
     Parameter,
     /// The list of way-depths.
@@ -321,7 +321,8 @@ fn seen(feedback: &Feedback) -> MeasuredPose {
     }
 }
 
-/// Holds roll level by the bow planes' differential, within the travel that the dive does not use; `bow` is their angle in the dive, rad.
+/// Controls roll to zero by the bow planes' differential, within the travel that the dive does not use; `bow` is the bow planes' angle for the dive,
+/// rad.
 fn hold_level(config: &Config, feedback: &Feedback, bow: f64) -> Option<Regulated> {
     let error = bounded(0.0 - feedback.roll);
     let room = (config.dive.planes_limit.bound() - bow.abs()).max(0.0);

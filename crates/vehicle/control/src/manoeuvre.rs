@@ -1,7 +1,7 @@
 //! Test signals on the dive planes: step, pulse, doublet, square wave, sinusoid, pseudo-random
 //! binary sequence and chirp.
 //!
-//! A signal is a pure function of the time since the run began, counted in whole nanoseconds so that no edge moves by rounding. It is zero
+//! A signal is a pure function of the time since the run began, counted in whole nanoseconds so that no edge moves by rounding. The signal is zero
 //! before `start`, and from `start + duration` on if a duration is given. With t the time since `start`, A the amplitude and P the period:
 //!
 //! | signal   | value |
@@ -35,9 +35,9 @@ pub enum Signal {
     None,
     /// A constant offset.
     Step,
-    /// One offset, `period` long.
+    /// One offset of length `period`.
     Pulse,
-    /// One offset on each side, `period` long in total.
+    /// One offset to each side, with a total length of `period`.
     Doublet,
     /// Alternating offsets.
     Square,
@@ -183,7 +183,7 @@ impl TestSignal {
     }
 }
 
-/// One whole cycle of the shift register's output.
+/// One complete cycle of the shift register's output.
 fn maximal_length_sequence(seed: i64) -> Vec<bool> {
     // Any seed gives a register that is not zero, the one state the cycle leaves out.
     let mut register = 1 + seed.rem_euclid(SEQUENCE_LENGTH as i64) as u32;

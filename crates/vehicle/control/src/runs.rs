@@ -8,7 +8,7 @@
 //! | 9/1 | two short pulses of 20° | 1.8 |
 //! | 9/2 | a rapid sinusoid of 25° | 1.8 |
 //!
-//! The shapes are the report's. Its records are lost, so the times are assumptions, in whole samples of 0.05 s. A pulse includes its first
+//! The shapes are the report's. The thesis' records are lost, so the times are assumptions, in whole samples of 0.05 s. A pulse includes its first
 //! time and excludes its second.
 
 use std::f64::consts::TAU;
@@ -29,7 +29,7 @@ enum Shape {
 /// A run of the report.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Run {
-    /// Its name as a manoeuvre: `run_7_3`.
+    /// Name of the run as a manoeuvre: `run_7_3`.
     pub name: &'static str,
     /// The duration, s.
     pub duration: f64,

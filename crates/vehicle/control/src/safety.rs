@@ -31,8 +31,8 @@ pub struct Envelope {
     /// Height above the floor at which the climb ends.
     #[parameter(default = 0.3, unit = "m", range = 0.0..=1e4)]
     pub margin: f64,
-    /// Largest pitch to either side; beyond it is a fault until reset. Bow down: planes to climb until level,
-    /// then neutral; bow up: neutral. At least depth.pitch_limit.
+    /// Largest pitch to either side; beyond it is a fault until reset. Bow down: planes to climb until the vehicle is level, then neutral; bow up:
+    /// planes neutral. At least depth.pitch_limit.
     #[parameter(default = PI, unit = "rad", range = 0.0..=PI)]
     pub pitch: f64,
     /// Plane angle of the climb, open loop; within planes.limit.

@@ -123,7 +123,7 @@ impl Quantity {
     /// Every quantity.
     pub const ALL: [Self; 4] = [Self::Depth, Self::Pitch, Self::Heading, Self::Speed];
 
-    /// The name, as in the topic `NAME_setpoint`.
+    /// Name of the setpoint, as in the topic `NAME_setpoint`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -48,7 +48,7 @@ pub struct Tick {
     pub groups: &'static [Group],
     /// State of each group's actuator.
     pub states: Vec<DhaState>,
-    /// Identified models, if any are due.
+    /// Identified models that are due in this tick.
     pub models: Vec<ModelEstimate>,
 }
 
@@ -138,7 +138,7 @@ impl Loop {
         Self::of_parts(&Parts::default(), scenario)
     }
 
-    /// As [`Loop::new`], with these parts.
+    /// Like [`Loop::new`], with these parts.
     ///
     /// # Errors
     /// As [`Loop::new`], and the refusals of the parts' constructors.
@@ -193,7 +193,7 @@ impl Loop {
         })
     }
 
-    /// As [`Loop::tick`], without the messages that only outside readers use.
+    /// Like [`Loop::tick`], without the messages that only outside readers use.
     ///
     /// # Errors
     /// As [`Loop::tick`].

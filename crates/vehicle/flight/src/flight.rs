@@ -31,7 +31,7 @@ pub use collected::Points;
 /// Largest number of topics with lost messages that a note names.
 const LOST_SHOWN: usize = 10;
 
-/// One flight: the last one if the bag has several.
+/// A flight; if the bag has several, the last one.
 #[derive(Clone, Debug, Default)]
 pub struct Flight {
     /// Number of messages per topic.
@@ -48,8 +48,7 @@ pub struct Flight {
     pub step: Option<Step>,
     /// Actuators by the names of their groups.
     pub actuators: BTreeMap<String, Actuator>,
-    /// Last valid model of pitch rate over plane angle. With several pairs it is the one of sysid's first pair, or else of the pair
-    /// published first.
+    /// Last valid model of pitch rate over plane angle. With several pairs, the model of sysid's first pair, or else of the pair published first.
     pub model: Option<ModelEstimate>,
     /// Reason why the last model was not valid.
     pub no_model: String,
@@ -64,8 +63,8 @@ pub struct Step {
     pub setpoint: f64,
     /// Response; `None` without a step.
     pub response: Option<StepMetrics>,
-    /// Evaluated part of the flight, s since the first state: from the step to the first test signal after it, or to the end if the
-    /// response has not settled by then.
+    /// Evaluated part of the flight, s since the first state: from the step to the first test signal after the step, or to the end if the response
+    /// has not settled by then.
     pub judged: [f64; 2],
     /// Whether a test signal moved the planes in that part.
     pub is_disturbed: bool,
@@ -120,8 +119,8 @@ pub struct TimeHistories {
 }
 
 impl Flight {
-    /// Reads the flight in a bag. Topics are identified by their last name; with several vehicles, those in the namespace with the most
-    /// states are used.
+    /// Reads the flight in a bag. Topics are identified by the last part of their name; with several vehicles, the topics in the namespace with the
+    /// most states are used.
     ///
     /// # Errors
     /// If the path is not a bag.
@@ -177,7 +176,7 @@ struct Account {
     thrusters: Line<Thrusters>,
     motions: Line<Motions>,
     rams: BTreeMap<String, Line<Rams>>,
-    /// Models of the first pair, and those of the first other pair, with its name.
+    /// Models of the first pair; and models of the first other pair, with its name.
     models: Line<Models>,
     other_models: Option<(String, Line<Models>)>,
     /// By topic: number of skipped messages, and the problem of the first.
@@ -293,7 +292,7 @@ impl Account {
         Ok(())
     }
 
-    /// Last change of the depth setpoint. Its response depends on the times of its start and end, so the states are read a second time.
+    /// Last change of the depth setpoint. The response depends on the start and end of the evaluation, so the states are read a second time.
     fn step(&self, bag: &BagReader, notes: &mut Vec<String>) -> Option<Step> {
         let states = &self.states.data;
         let (start, end) = states.span?;

@@ -1,4 +1,4 @@
-//! Simulates a scenario in one process, as fast as possible, and writes a file.
+//! Simulates a scenario in one process, as fast as possible, and writes the messages to a file.
 
 use std::path::Path;
 
@@ -24,7 +24,7 @@ pub fn fly(
     fly_into(scenario, parts, out, namespace, progress, false)
 }
 
-/// As [`fly`], but replaces an existing file after the flight is complete.
+/// Like [`fly`], but replaces an existing file after the flight is complete.
 ///
 /// # Errors
 /// As [`fly`], except that the path may exist.

@@ -29,9 +29,9 @@ pub struct ReorderStatistics {
 /// A message whose order is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next<M> {
-    /// It follows the last one.
+    /// The message follows the last one.
     On(i64, M),
-    /// Time has gone back: a new flight begins with it.
+    /// Time has gone back: a new flight begins with this message.
     Restarted(i64, M),
 }
 
@@ -47,7 +47,7 @@ impl<M> Default for InOrder<M> {
 }
 
 impl<M> InOrder<M> {
-    /// Adds the message with the stamp `stamp` (ns), in the order of the bag; returns the one before if its order is now known.
+    /// Adds the message with the stamp `stamp` (ns), in the order of the bag; returns the previous message if its order is now known.
     pub fn take(&mut self, stamp: i64, message: M) -> Option<Next<M>> {
         let Some((waiting, _)) = self.waiting else {
             self.waiting = Some((stamp, message));

@@ -15,7 +15,7 @@ pub struct ModelSummary {
 }
 
 impl ModelSummary {
-    /// The dominant pole, which is the slowest; of a pair the one with the positive imaginary part.
+    /// The dominant pole, which is the slowest; of a complex pair, the pole with the positive imaginary part.
     #[must_use]
     pub fn dominant(&self) -> Option<Complex<f64>> {
         let slowest = *self.poles.first()?;
@@ -48,7 +48,7 @@ pub fn identified(model: &ModelEstimate) -> ModelSummary {
     }
 }
 
-/// Poles in s in the order of [`by_decay`]; the artefacts of a sampling time (s; 0 for none) come last.
+/// Poles in s in the order of [`by_decay`]; artefacts of the sampling time (s; 0 if there is none) come last.
 #[must_use]
 pub fn slowest_first(mut poles: Vec<Complex<f64>>, sample_time: f64) -> Vec<Complex<f64>> {
     let is_artefact =

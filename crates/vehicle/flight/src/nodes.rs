@@ -73,7 +73,8 @@ pub const NODES: [&str; 5] = [
     TABLE[4].name,
 ];
 
-/// The default namespace. Its time is on `/clock`; other namespaces have their own clock topic, so several vehicles can run in one domain.
+/// The default namespace. The namespace's time is on `/clock`; other namespaces have their own clock topic, so several vehicles can run in one
+/// domain.
 pub const NAMESPACE: &str = "/auv";
 
 /// The node of that name, or all nodes.

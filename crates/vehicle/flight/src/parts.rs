@@ -350,7 +350,7 @@ impl Estimator for Identifier {
 /// Creates a part for a scenario.
 type Make<T> = Arc<dyn Fn(&Scenario) -> Result<Box<T>> + Send + Sync>;
 
-/// The parts of a loop: those that the scenario's parameters describe, except replaced ones.
+/// The parts of a loop: those that the scenario's parameters describe, unless they are replaced.
 #[derive(Clone)]
 pub struct Parts {
     plant: Make<dyn Plant>,

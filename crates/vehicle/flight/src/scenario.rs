@@ -108,7 +108,7 @@ fn default_seed() -> u32 {
 pub struct ParameterName {
     /// The node.
     pub node: &'static str,
-    /// Name of the parameter, with dots between levels.
+    /// Name of the parameter, with dots between groups.
     pub name: String,
 }
 
@@ -211,7 +211,7 @@ impl Scenario {
         Self::load_with(name_or_path, &[])
     }
 
-    /// As [`Scenario::load`], with parameters set as `NODE.PARAMETER=VALUE`.
+    /// Like [`Scenario::load`], with parameters set as `NODE.PARAMETER=VALUE`.
     ///
     /// # Errors
     /// As [`Scenario::load`], and if a change has a wrong form.
@@ -235,7 +235,7 @@ impl Scenario {
         )
     }
 
-    /// As [`Scenario::load_with`], from the YAML text of a scenario in `folder`; errors call it `name`.
+    /// Like [`Scenario::load_with`], from the YAML text of a scenario in `folder`; errors call the scenario `name`.
     ///
     /// # Errors
     /// As [`Scenario::load_with`].
@@ -570,7 +570,7 @@ impl Scenario {
         Ok(P::from_values(&self.values(node)?)?)
     }
 
-    /// As [`Scenario::values`], with `extra` changes per node by the launcher.
+    /// Like [`Scenario::values`], with `extra` changes per node by the launcher.
     ///
     /// # Errors
     /// If a value violates its declaration.

@@ -54,7 +54,7 @@ pub fn write_text(path: &Path, text: impl AsRef<[u8]>) -> Result<()> {
 pub struct McapSink {
     batch: Batch,
     to_writer: SyncSender<Batch>,
-    /// Returns the writer at the end; `None` after it was joined.
+    /// Returns the writer at the end; `None` after the thread was joined.
     writer: Option<JoinHandle<Result<BagWriter, WriteError>>>,
     draft: Draft,
     path: PathBuf,

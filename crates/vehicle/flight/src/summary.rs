@@ -41,7 +41,7 @@ pub struct Summary {
     pub test_signal: Option<TestSignal>,
     /// Identified model; `None` without a valid one.
     pub identified: Option<ModelSummary>,
-    /// Number of regression rows for it.
+    /// Number of regression rows used for the model.
     pub samples: u64,
     /// One-step fit, %.
     pub fit: f64,
@@ -343,7 +343,7 @@ fn planes_text(parameters: &ActuatorParameters) -> &'static str {
 /// A test signal on the planes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TestSignal {
-    /// Its shape, with the name that the parameter `identification.signal` uses.
+    /// Shape of the signal, with the name that the parameter `identification.signal` uses.
     pub shape: &'static str,
     /// rad
     pub amplitude: f64,
@@ -352,7 +352,7 @@ pub struct TestSignal {
 }
 
 impl TestSignal {
-    /// Its effect on the responses to a scenario's steps.
+    /// Effect of the signal on the responses to a scenario's steps.
     #[must_use]
     pub fn effect(&self) -> &'static str {
         match self.start > 0.0 {
@@ -363,7 +363,7 @@ impl TestSignal {
         }
     }
 
-    /// Its amplitude with sign and unit.
+    /// Amplitude of the signal with sign and unit.
     fn size(&self) -> String {
         let (sides, amplitude) = match self.shape {
             "step" | "pulse" => ("", self.amplitude),
@@ -478,7 +478,7 @@ pub fn distance_text(distance: f64) -> String {
 /// A quantity of a flight with its display format.
 #[derive(Clone, Debug)]
 pub struct Quantity {
-    /// Name of its field, one of [`crate::titles`].
+    /// Name of the result's field, one of [`crate::titles`].
     pub field: &'static str,
     /// Unit printed after the number.
     pub unit: &'static str,
@@ -486,7 +486,7 @@ pub struct Quantity {
     pub decimals: usize,
     /// Whether it applies to the flight's vehicle: an ideal actuator has no pulses.
     pub applies: bool,
-    /// Value, or the reason why there is none.
+    /// Value, or the reason why there is no value.
     value: Result<f64, String>,
 }
 

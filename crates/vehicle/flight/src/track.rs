@@ -80,8 +80,8 @@ impl Track {
     }
 }
 
-/// Result of a turning circle (steady turn in its last quarter) or a zig-zag (overshoot of the heading after the rudder switched), as a
-/// sentence; `None` without such a manoeuvre or result.
+/// Result of a turning circle (steady turn in its last quarter) or a zig-zag (overshoot of the heading after the rudder was reversed), as a sentence;
+/// `None` without such a manoeuvre or result.
 pub(crate) fn turn(drawn: &TimeHistories, controller: &ControllerParameters) -> Option<String> {
     let turning = &controller.turning;
     let begin = drawn.yaw.iter().position(|it| it.0 >= turning.start)?;

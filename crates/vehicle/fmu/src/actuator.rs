@@ -1,7 +1,7 @@
 //! An actuator in an FMU: the core of `dha_actuator`, run tick by tick.
 //!
-//! After a step the outputs are those of its end: the ram's position is that of `dha_state` at that stamp, and the counts are those of the
-//! tick before.
+//! After a step, the outputs are those at its end: the ram's position equals that of `dha_state` at that stamp, and the counts are those of the
+//! previous tick.
 
 use planesman_circuit::MOST_FORCE;
 use planesman_hydraulics::{
@@ -16,7 +16,7 @@ use crate::error::Error;
 use crate::node::Core;
 use crate::variable::{Field, Variable, fields};
 
-/// Beginnings of the names of the node's parameters that the FMU has: those of one actuator.
+/// Beginnings of the names of the node's parameters that the FMU has: the parameters of one actuator.
 const PARAMETERS: [&str; 6] = [
     "position_loop",
     "command_limit",

@@ -27,7 +27,7 @@ pub struct Options {
     pub tick: Option<f64>,
     /// Start values of parameters, each as YAML.
     pub start: Vec<(String, String)>,
-    /// The library that runs FMUs; `None`: the one in the program's folder.
+    /// The library that runs FMUs; `None` for the library in the program's folder.
     pub library: Option<PathBuf>,
 }
 
@@ -46,7 +46,7 @@ pub struct Fmu {
     pub outputs: Vec<String>,
     /// The number of parameters.
     pub parameters: usize,
-    /// The platform on which it runs, as in FMI: `x86_64-linux`.
+    /// The platform for which the library was built, as named in FMI: `x86_64-linux`.
     pub platform: String,
 }
 

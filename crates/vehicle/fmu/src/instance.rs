@@ -133,7 +133,7 @@ impl Instance {
             .collect())
     }
 
-    /// Sets variables, all or none.
+    /// Sets all variables, or no variable if one is refused.
     ///
     /// # Errors
     /// If a variable must not be set now, or a value is invalid.

@@ -1,8 +1,8 @@
 //! The C functions of FMI 3.0 (sections 2 and 4 of the standard): the only unsafe code, since C passes pointers.
 //!
-//! This file trusts C only in what no function can check: that an instance was created here and not yet freed, that texts end with 0, and
-//! that arrays have the given length. Everything else is checked: null, lengths, value references, types, numbers. A panic does not leave a
-//! function: it becomes an error, and the instance is unchanged.
+//! Callers in C are trusted only where no function can check them: that an instance was created here and not yet freed, that texts end with 0, and
+//! that arrays have the given length. Everything else is checked: null, lengths, value references, types, numbers. A panic does not leave a function:
+//! it becomes an error, and the instance is unchanged.
 
 #![allow(
     unsafe_code,
@@ -111,7 +111,7 @@ unsafe fn array<T: Copy>(array: *const T, count: usize, what: &str) -> Result<Ve
         .collect())
 }
 
-/// The value references of a call, as many as it has values.
+/// The value references of a call, as many as the call has values.
 ///
 /// # Safety
 /// As for [`array`].
@@ -188,7 +188,8 @@ macro_rules! functions {
     )*};
 }
 
-/// Defines functions that this FMU does not support, as its description says. Their arguments belong to the caller, and are not used.
+/// Defines functions that this FMU does not support, as its description says. The arguments of these functions belong to the caller, and are not
+/// used.
 macro_rules! without {
     ($($name:ident)*) => {$(
         #[doc = concat!("`", stringify!($name), "` of FMI 3.0: it has no effect here.")]

@@ -1,7 +1,7 @@
 //! Actuators, vehicles and identified models as Functional Mock-up Units: FMI 3.0, co-simulation.
 //!
-//! The crate is built twice: as a Rust library it writes FMUs ([`fmu`]); as a C library it is part of them and simulates the contents of
-//! their `resources`. So a user needs no compiler, and one library runs every subject.
+//! The crate is built twice: as a Rust library that writes FMUs ([`fmu`]), and as a C library that is part of the FMUs and simulates the contents of
+//! their `resources`. So a user needs no compiler, and one library runs every exported actuator, vehicle or model.
 //!
 //! - `export`, `description`, `unit`, `archive`: writing an FMU.
 //! - `resources`: the contents of an FMU, read and checked by both libraries.

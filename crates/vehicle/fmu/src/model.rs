@@ -169,7 +169,7 @@ struct One {
     at_once: f64,
     level: f64,
     offset: f64,
-    /// The curves in front of the equation and behind it.
+    /// The curves before and after the equation.
     front: Option<Curve>,
     behind: Option<Curve>,
     /// Earlier samples, latest first.
@@ -206,7 +206,7 @@ impl One {
         })
     }
 
-    /// The input minus its level, after the curve, and the output of the equation.
+    /// The input minus its level, after the input curve; and the output of the equation.
     fn equation(&self, input: f64) -> (f64, f64) {
         let sum = |coefficients: &[f64], past: &VecDeque<f64>| -> f64 {
             coefficients.iter().zip(past).map(|(c, x)| c * x).sum()

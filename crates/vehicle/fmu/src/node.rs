@@ -49,7 +49,7 @@ pub(crate) trait Core: Clone + Send + Sized + 'static {
     fn outputs(&self) -> Vec<Value>;
 }
 
-/// A node's core before it runs.
+/// A node's core before the simulation starts.
 pub(crate) struct Node<C: Core> {
     name: String,
     numbers: Numbers,

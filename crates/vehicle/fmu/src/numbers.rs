@@ -26,7 +26,7 @@ struct Number {
 }
 
 impl Numbers {
-    /// The numbers of a text that its reader accepts; `is_taken` asks the reader.
+    /// The numbers in a text that its reader accepts; `is_taken` tests whether the reader accepts a number.
     pub(crate) fn of(text: &str, is_taken: impl Fn(&str) -> bool) -> Self {
         let scalars = yaml::scalars(text).unwrap_or_default().into_iter();
         let numbers = scalars.filter_map(|(path, place)| Number::at(&path, text, place));

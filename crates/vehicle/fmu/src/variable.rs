@@ -5,7 +5,7 @@ use planesman_parameters::{Declaration, Value};
 /// The role of a variable for the importer.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Causality {
-    /// Set by the importer before each step, and held over the ticks that begin in it.
+    /// Set by the importer before each step, and held over the ticks that begin in the step.
     Input,
     /// Computed; with direct feedthrough from the inputs with these indices.
     Output(Vec<usize>),
@@ -75,7 +75,7 @@ impl Variable {
 /// A message field that is an output.
 pub(crate) struct Field<M> {
     pub(crate) name: &'static str,
-    /// As in the message's definition; `""` for counts and flags.
+    /// Unit, as in the message's definition; `""` for counts and flags.
     pub(crate) unit: &'static str,
     pub(crate) description: &'static str,
     pub(crate) of: fn(&M) -> Value,

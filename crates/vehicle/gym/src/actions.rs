@@ -11,7 +11,7 @@ const AXES: [&str; 6] = ["surge", "sway", "heave", "roll", "pitch", "yaw"];
 /// Converts actions to inputs.
 #[derive(Clone, Debug)]
 pub(crate) struct Actions {
-    /// Constant inputs; those of thrusters are 0 if axes are used.
+    /// Constant inputs; inputs of thrusters are 0 if axes are used.
     held: Vec<f64>,
     /// The target of each action, with the value at -1 and at 1.
     moved: Vec<(Moved, [f64; 2])>,

@@ -41,7 +41,7 @@ pub struct Environments {
 #[derive(Clone, Debug)]
 struct One {
     random: Pcg64,
-    /// Its own vehicle, if vehicles are randomised, and the factors.
+    /// The environment's own vehicle, if vehicles are randomised, and the random factors.
     own: Option<Vehicle>,
     factors: Vec<f64>,
     state: State,

@@ -17,7 +17,7 @@ pub struct Options {
     pub vehicle: String,
     /// Whether to observe sensor readings with noise and bias instead of the true quantities.
     pub sensors: bool,
-    /// Inputs or axes, each with the value at -1 and at 1; `None` for those of the vehicle and task.
+    /// Inputs or axes, each with the value at -1 and at 1; `None` for the default of vehicle and task.
     pub actions: Option<Vec<(String, [f64; 2])>>,
     /// Constant inputs or axes; these override the vehicle's.
     pub held: Vec<(String, f64)>,

@@ -16,7 +16,7 @@ pub enum Refused {
     Option {
         /// The option.
         entry: String,
-        /// The error, and what is expected.
+        /// The error, and the allowed values.
         reason: String,
     },
 }

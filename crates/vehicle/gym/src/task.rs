@@ -15,7 +15,7 @@ pub enum Task {
     Depth,
     /// Reach a heading and keep it.
     Heading,
-    /// Enter a dock in the direction in which it points.
+    /// Enter a dock in the direction in which the dock points.
     Docking,
     /// Keep a place and heading in a current.
     Station,
@@ -274,8 +274,8 @@ impl Task {
 
     /// The reward of a step from `before` to `after`, and the outcome if the episode ends. `effort` is the mean of the squared actions.
     ///
-    /// All tasks except docking give `step / (1 + cost)`: at most the time, and a part of it even far from the target. Docking rewards each
-    /// metre of approach.
+    /// All tasks except docking give the reward `step / (1 + cost)`: at most the time step, and a part of it even far from the target. Docking
+    /// rewards each metre of approach.
     pub(crate) fn judge(
         self,
         conditions: &Conditions,

@@ -73,7 +73,7 @@ pub(crate) struct Chambers {
     pub sliding: bool,
     /// The ram lies on a stop.
     pub at_stop: bool,
-    /// Net volume from the supply levels, m^3.
+    /// Net volume taken from the supply levels, m^3.
     pub volume: f64,
     /// Commanded switchings since the start.
     pub switchings: u64,
@@ -161,7 +161,7 @@ impl ActuatorModel {
         }
     }
 
-    /// Energies since the start. A circuit's are those at `nanos`; those of metered volumes end at the last change of flow or law. `None`
+    /// Energies since the start. For a circuit, the energies at `nanos`; for metered volumes, the energies at the last change of flow or law. `None`
     /// for an actuator without hydraulics.
     #[must_use]
     pub(crate) fn energy(&self, nanos: i64) -> Option<Energy> {

@@ -72,7 +72,7 @@ pub struct ActuatorSet {
     pub small: Option<SmallVolume>,
     /// X_lim, m: no outward volume is commanded beyond it; infinite if there is no limit.
     pub inhibit_beyond: f64,
-    /// What the pulse logic counts for an inhibited volume.
+    /// The angle that the pulse logic counts for an inhibited volume.
     pub limit_option: LimitOption,
 }
 
@@ -133,9 +133,9 @@ pub struct SmallVolume {
     pub volume: f64,
     /// T_fs, s; at most T_f.
     pub flow_time: f64,
-    /// delta_s, rad: angle that the pulse logic counts for it.
+    /// delta_s, rad: angle that the pulse logic counts for a small volume.
     pub quantum: f64,
-    /// e_s, rad: error above which it is commanded.
+    /// e_s, rad: error above which the small volume is commanded.
     pub threshold: f64,
 }
 

@@ -15,7 +15,7 @@ pub(crate) enum Quantity {
     Volume,
 }
 
-/// Times of a quantity's turning points: `first` (s from the start), then every `interval`; infinite if there are none.
+/// Times of a quantity's turning points: `first` (s from the start), then every `interval`; infinite if there are no turning points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Turns {
     /// Time of the first turning point.
@@ -30,7 +30,7 @@ impl Turns {
         interval: f64::INFINITY,
     };
 
-    /// One turning point, if `time` is in the future.
+    /// A single turning point, if `time` is in the future.
     fn once(time: f64) -> Self {
         Self {
             first: if time > 0.0 { time } else { f64::INFINITY },
@@ -187,7 +187,7 @@ impl ClosedForm {
         }
     }
 
-    /// Position, m, as in [`ClosedForm::at`]; needs no computation while the load is stuck.
+    /// Position, m, the same as in [`ClosedForm::at`]; needs no computation while the load is stuck.
     #[must_use]
     pub(crate) fn position(&self, t: f64) -> f64 {
         match &self.law {
@@ -197,8 +197,8 @@ impl ClosedForm {
         }
     }
 
-    /// Appends `count` positions, m, at `from` and then every `interval` s. They equal [`ClosedForm::position`] except for rounding; each
-    /// follows from the one before by a transition.
+    /// Appends `count` positions, m, at `from` and then every `interval` s. The samples equal [`ClosedForm::position`] except for rounding; each
+    /// follows from the previous one by a transition.
     pub(crate) fn sample(&self, from: f64, interval: f64, count: usize, positions: &mut Vec<f64>) {
         let time = |i: usize| from + i as f64 * interval;
         match &self.law {
@@ -242,7 +242,7 @@ impl ClosedForm {
         self.value_and_rate_in(quantity, &self.at(t))
     }
 
-    /// As [`ClosedForm::value_and_rate`], at the start.
+    /// Like [`ClosedForm::value_and_rate`], at the start.
     #[must_use]
     pub(crate) fn value_and_rate_at_start(&self, quantity: Quantity) -> (f64, f64) {
         self.value_and_rate_in(quantity, &self.start)
@@ -464,8 +464,8 @@ impl CompressibleSliding {
         (moved, self.steady_velocity + after[1], after[0] - before[0])
     }
 
-    /// As of [`ClosedForm::integrals`]. The deviation after t is even d + odd n, where d is the deviation at the start and n = (A - mu I)
-    /// d. Its square needs the integrals of even^2, even odd and odd^2.
+    /// The same integrals as [`ClosedForm::integrals`]. The deviation after t is even d + odd n, where d is the deviation at the start and n = (A -
+    /// mu I) d. Its square needs the integrals of even^2, even odd and odd^2.
     fn integrals(&self, t: f64, start: &State, end: &State, area: f64) -> Integrals {
         let [dw, dv] = self.deviations(start);
         let half = 0.5 * (self.viscous_rate - self.leakage_rate);

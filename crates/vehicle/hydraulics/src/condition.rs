@@ -34,11 +34,11 @@ pub enum StuckValve {
 /// The sensor of the ram's position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum Encoder {
-    /// It measures the position.
+    /// The sensor measures the position.
     Sound,
-    /// It gives no measurement, and the actuator detects this: it counts its volumes from the last position.
+    /// The sensor gives no measurement, and the actuator detects this: it counts its volumes from the last position.
     Lost,
-    /// It holds its last value, and the actuator does not detect this.
+    /// The sensor holds its last value, and the actuator does not detect this.
     Frozen,
 }
 

@@ -1,8 +1,8 @@
 //! The core of the actuator node: it reads a plane command and returns the plane motion over the coming tick.
 //!
 //! **A tick** is [t, t + tick]. The command stamped t applies to every valve cycle that begins in [t, t + tick). The cycles follow the
-//! actuator's own clock, which starts at the first stamp. The motion is computed ahead on a copy. So any stamp may follow, also one that
-//! skips ticks, or one before the tick's end.
+//! actuator's own clock, which starts at the first stamp. The motion is computed ahead on a copy. So any stamp may follow: also a stamp that skips
+//! ticks, or a stamp before the tick's end.
 //!
 //! **Commands hold** for `command_timeout` from their stamp. Then the planes are commanded to neutral, and `command_stale` is set. Before
 //! the first command they are neutral too.
@@ -109,7 +109,7 @@ impl Moved {
 }
 
 impl Output {
-    /// One line for each group at its limit.
+    /// One line of text for each group at its limit.
     #[must_use]
     pub fn limits(&self) -> Vec<String> {
         let line = |(member, moved): (&Member, &Moved)| {
@@ -420,7 +420,7 @@ impl Actuator {
         Self::of_files(parameters, tick_nanos, actuator_file::read)
     }
 
-    /// As [`Actuator::new`]; `read` finds the actuators' files by name.
+    /// Like [`Actuator::new`]; `read` finds the actuators' files by name.
     ///
     /// # Errors
     /// As [`Actuator::new`].
@@ -530,8 +530,8 @@ impl Actuator {
         self.go_on(stamp, Some(held))
     }
 
-    /// The answer to the tick before the last one, in the same run. It is repeated together with a repeated command, for a vehicle that
-    /// needs the motion up to its present state.
+    /// The answer to the tick before the last one, in the same run. The motion is repeated together with a repeated command, for a vehicle that needs
+    /// the motion up to its present state.
     #[must_use]
     pub fn before(&self) -> Option<&Arc<Output>> {
         self.run.as_ref()?.before.as_ref()

@@ -2,8 +2,8 @@
 //!
 //! The digital hydraulic actuator runs independently of the control computer's sampling (Section II.B); a tick need not be a whole number
 //! of cycles. Cycle n begins n/f_c after the start. With f_c in whole millihertz this is a rational number of nanoseconds. Comparison in
-//! whole numbers keeps the phase exact, and the same instant always falls in the same cycle. The begin of a cycle is computed once with
-//! wide integers; instants are compared with it in narrow integers.
+//! whole numbers keeps the phase exact, and the same instant always falls in the same cycle. The beginning of a cycle is computed once with wide
+//! integers; instants are compared with it in narrow integers.
 
 /// Counts valve cycles against a clock in nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,7 +12,7 @@
 //! - **the quantizer** of the pulse logic: steps of delta_q that switch on at k delta_q + e_b and off at (k + 1) delta_q - e_b. Without
 //!   leakage the loop rests in its dead zone; outside it the loop cycles through +-1 quantum;
 //! - **the relay**, with leakage: the drift has the sign valve's polarity, so its mean vanishes only if the valve spends half its time on
-//!   each side. The loop then stays half-way between two levels and toggles: +-delta_q/2 with a hysteresis of +-(e_b - delta_q/2).
+//!   each side. The loop then stays half-way between two quantised positions and toggles: +-delta_q/2 with a hysteresis of +-(e_b - delta_q/2).
 
 use planesman_linear::{Complex, ComplexFunctions as _, DelayedLoop};
 use std::f64::consts::PI;
@@ -113,8 +113,8 @@ pub fn balance(
     best
 }
 
-/// The cycle, if any, of an actuator with leakage and the open loop `rest`: it toggles between two levels `quantum` apart, both in rad. The
-/// volumes per second are twice its frequency.
+/// The limit cycle, if there is one, of an actuator with leakage and the open loop `rest`: the actuator toggles between two positions `quantum`
+/// apart, in rad. The volumes per second are twice its frequency.
 #[must_use]
 pub fn toggling(rest: &DelayedLoop, quantum: f64, threshold: f64) -> Balance {
     let hysteresis = threshold - 0.5 * quantum;

@@ -109,13 +109,13 @@ impl Dha {
         Self::settled(set, 1)
     }
 
-    /// As [`Dha::new`], with the sign valve and the last sign pulse at `sign`, +1 or -1.
+    /// Like [`Dha::new`], with the sign valve and the last sign pulse at `sign`, +1 or -1.
     #[must_use]
     pub fn settled(set: &ActuatorSet, sign: i8) -> Self {
         Self::resting_at(set, sign, 0.0)
     }
 
-    /// As [`Dha::settled`], with the ram at rest at `position`, m.
+    /// Like [`Dha::settled`], with the ram at rest at `position`, m.
     #[must_use]
     pub fn resting_at(set: &ActuatorSet, sign: i8, position: f64) -> Self {
         Self {
@@ -177,7 +177,7 @@ impl Dha {
     }
 
     /// Appends the plane angle, rad, at the instant `nanos`, up to which the actuator has been advanced, and at later times `interval` s
-    /// apart. It stops before the ram's law changes, and after `count` values.
+    /// apart. Sampling stops before the ram's law changes, and after `count` values.
     pub(crate) fn sample(&self, nanos: i64, interval: f64, count: usize, angles: &mut Vec<f64>) {
         let first = angles.len();
         self.hydraulics
@@ -255,7 +255,7 @@ impl Dha {
         self.logic.error()
     }
 
-    /// The limit cycle of the actuator; `None` if there is none.
+    /// The limit cycle of the actuator; `None` if there is no limit cycle.
     #[must_use]
     pub fn limit_cycle(&self) -> Option<Oscillation> {
         self.limit_cycle

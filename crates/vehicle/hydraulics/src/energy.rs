@@ -2,7 +2,7 @@
 //!
 //! The ram is a differential cylinder: the smaller chamber is always at the supply P_h, the larger one at P_L = P_L0 + P_d with P_L0 = P_h
 //! A_R/A_L (Appendix A). Let Q_h be the flow from the supply into the larger chamber, Q_R the flow from this chamber to the return, and q =
-//! Q_h - Q_R. Then over any time
+//! Q_h - Q_R. Then, over any time interval,
 //!
 //! ```text
 //! supply      int P_h Q_h - P_R Q_R - P_h A_R v dt
@@ -14,9 +14,9 @@
 //! supply = throttling + leakage + compression + auxiliary pistons + friction + viscous + kinetic + stops
 //! ```
 //!
-//! since V_e' = q - A_L v and M v' = A_L P_d - C v - Delta F sgn v ([`crate::modes`]). Each term is a separate integral over each stretch
-//! of closed-form motion, so [`Energy::residual`] reveals an error in any of them. The solenoids' energy is electrical and is not part of
-//! the balance. The energy of one valve cycle is the difference of two readings.
+//! since V_e' = q - A_L v and M v' = A_L P_d - C v - Delta F sgn v ([`crate::modes`]). Each term is a separate integral over each stretch of
+//! closed-form motion, so [`Energy::residual`] reveals an error in any term. The solenoids' energy is electrical and is not part of the balance. The
+//! energy of one valve cycle is the difference between two readings.
 //!
 //! Drift and the pressure-dependent leakage, d q_L - k P_d, flow past the calibrating piston: from P_h at d = +1, from P_R at d = -1. q_LC
 //! flows from P_h if it fills the ram, and to P_R if it empties it. A volume rejected by the volume limit is not drawn from the supply.

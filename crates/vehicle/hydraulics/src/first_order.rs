@@ -4,7 +4,7 @@
 //! delta' = omega (delta_c - delta), held within -rate and +rate
 //! ```
 //!
-//! It is solved in closed form between two changes of the command, so the result does not depend on the sampling. While |delta_c - delta| >
+//! The equation is solved in closed form between two changes of the command, so the result does not depend on the sampling. While |delta_c - delta| >
 //! rate/omega the angle moves at the rate limit, then it approaches exponentially.
 
 /// The law: the parameters `first_order.*`.

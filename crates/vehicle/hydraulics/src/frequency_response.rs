@@ -1,6 +1,6 @@
 //! Response of the full quantized model to sinusoids: gain and phase of the first harmonic.
 //!
-//! The ratio of the output's first harmonic to the input sinusoid is the model's describing function at this frequency and amplitude. It is
+//! The ratio of the output's first harmonic to the input sinusoid is the model's describing function at this frequency and amplitude. The response is
 //! measured over whole periods after the transient, for comparison with the linear model of [`crate::linearised`].
 
 use planesman_linear::polar;

@@ -1,6 +1,6 @@
 //! The hydraulic part of the actuator: valves, metering and ram, advanced by valve cycles.
 //!
-//! It receives one pulse command at the begin of each cycle; errors and demanded angles are not known here. Times are in s from the begin
+//! The module receives one pulse command at the beginning of each cycle; errors and demanded angles are not known here. Times are in s from the begin
 //! of the present cycle.
 
 use crate::actuator_set::ActuatorSet;
@@ -50,13 +50,13 @@ impl Hydraulics {
         Self::settled(set, 1)
     }
 
-    /// As [`Hydraulics::new`], with the sign valve at `polarity`, +1 or -1.
+    /// Like [`Hydraulics::new`], with the sign valve at `polarity`, +1 or -1.
     #[must_use]
     pub fn settled(set: &ActuatorSet, polarity: i8) -> Self {
         Self::resting_at(set, polarity, 0.0)
     }
 
-    /// As [`Hydraulics::settled`], with the ram at rest at `position`, m.
+    /// Like [`Hydraulics::settled`], with the ram at rest at `position`, m.
     #[must_use]
     pub fn resting_at(set: &ActuatorSet, polarity: i8, position: f64) -> Self {
         Self {
@@ -83,7 +83,7 @@ impl Hydraulics {
         self.ram.energy(time)
     }
 
-    /// As [`Hydraulics::energy`], but up to the last change of law or flow: needs no computation.
+    /// Like [`Hydraulics::energy`], but up to the last change of law or flow: this needs no computation.
     #[must_use]
     pub fn booked_energy(&self) -> Option<Energy> {
         self.ram.booked_energy()
@@ -171,7 +171,7 @@ impl Hydraulics {
         self.ram.position(time)
     }
 
-    /// Appends positions, m, from `time` on, as far as [`Ram::sample`] goes; it must have been advanced to `time`.
+    /// Appends positions, m, from `time` on, as far as [`Ram::sample`] goes; the ram must have been advanced to `time`.
     pub(crate) fn sample(&self, time: f64, interval: f64, count: usize, positions: &mut Vec<f64>) {
         self.ram.sample(time, interval, count, positions);
     }

@@ -1,8 +1,8 @@
 //! Detects the limit cycle of a quantized actuator from its decisions.
 //!
-//! In every limit cycle of such an actuator the sign valve alternates. A cycle is the time from one change to "+" to the next. Its
-//! amplitude is half of the planes' range in this time, sampled at the begin of the valve cycles. The last complete cycle is reported until
-//! the present one has lasted twice as long; then the limit cycle has ended.
+//! In every limit cycle of such an actuator the sign valve alternates. A cycle is the time from one change to "+" to the next. The amplitude is half
+//! of the planes' range in this time, sampled at the beginning of the valve cycles. The last complete cycle is reported until the present one has
+//! lasted twice as long; then the limit cycle has ended.
 
 /// Frequency and amplitude of a limit cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +53,7 @@ impl LimitCycle {
         self.sign = sign;
     }
 
-    /// The limit cycle at valve cycle `cycle`, with cycles of `period` s; `None` if there is none.
+    /// The limit cycle at valve cycle `cycle`, with cycles of `period` s; `None` if there is no limit cycle.
     #[must_use]
     pub(crate) fn oscillation(&self, cycle: u64, period: f64) -> Option<Oscillation> {
         let (length, amplitude) = self.last?;

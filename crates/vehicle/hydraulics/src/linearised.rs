@@ -25,7 +25,7 @@ use crate::dha::{Demand, Dha};
 /// Model of the ram in the linear model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ram {
-    /// The ram follows the metered oil, as in the report.
+    /// The ram follows the metered oil, the same as in the report.
     Rigid,
     /// The ram moves on its oil column with omega_n and zeta.
     OnItsOil,
@@ -56,13 +56,13 @@ pub fn actuator(set: &ActuatorSet, ram: Ram) -> Result<DelayedLoop, Error> {
 
 /// Samples of [`slew_response`] in a tick.
 const SAMPLES_PER_TICK: u32 = 50;
-/// Number of averaged steps, and of the steps before them.
+/// Number of steps that are averaged, and of the steps before them.
 const STEPS: (u32, u32) = (32, 8);
 /// A motion within this share of its end value counts as ended.
 const ENDED: f64 = 1e-4;
 
 /// Largest change of command that the actuator follows within a tick of `tick` \[s\], in volumes: one for each of its valve cycles, at
-/// least two. One alone could be half within the dead zone.
+/// least two. A single volume could be half within the dead zone.
 #[must_use]
 pub fn volumes_in_a_tick(set: &ActuatorSet, tick: f64) -> u32 {
     ((tick / set.cycle() + 1e-9) as u32).max(2)
@@ -71,8 +71,8 @@ pub fn volumes_in_a_tick(set: &ActuatorSet, tick: f64) -> u32 {
 /// Response of the planes to such a step at a tick, as a share of the final value: knots (time after the tick in s, share), linear in
 /// between.
 ///
-/// It is the response of [`Dha`] without leakage, in its position loop, to a square wave of this size. It includes delay, metered flow, and
-/// the ram with friction and force limit. If a tick is not a whole number of valve cycles, the valves begin at different times in each
+/// The response is computed by [`Dha`] without leakage, in its position loop, for a square wave of this size. The response includes delay, metered
+/// flow, and the ram with friction and force limit. If a tick is not a whole number of valve cycles, the valves begin at different times in each
 /// tick; the result is then the mean of such steps, up and down. `None` if the planes do not complete half of the step.
 #[must_use]
 pub fn slew_response(set: &ActuatorSet, tick: f64) -> Option<Vec<(f64, f64)>> {

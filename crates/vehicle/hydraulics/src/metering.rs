@@ -4,10 +4,10 @@
 //! Q_p = sum_i sigma_i V_c/T_f [t_i + T_D + T_v <= t < t_i + T_D + T_v + T_f] + d(t) q_L + q_LC
 //! ```
 //!
-//! sigma_i is +1, 0 or -1: the volume moved for the command of cycle i. V_c and T_f are those of the large or the small volume. d(t) = +-1
-//! is the sign valve's polarity, which follows a command after T_D + T_v. T_v + T_f may exceed T: then the flows of consecutive commands
-//! overlap into the next cycle. Within a cycle the flow is constant between a few edges; [`Metering::begin_cycle`] lists the pieces. Drift
-//! is assumed to flow during the calibrated volumes too; the report does not say (effect at most 1 %).
+//! sigma_i is +1, 0 or -1: the volume moved for the command of cycle i. V_c and T_f belong to the large or the small volume. d(t) = +-1 is the sign
+//! valve's polarity, which follows a command after T_D + T_v. T_v + T_f may exceed T: then the flows of consecutive commands overlap into the next
+//! cycle. Within a cycle the flow is constant between a few edges; [`Metering::begin_cycle`] lists the pieces. Drift is assumed to flow during the
+//! calibrated volumes too; the report does not say (effect at most 1 %).
 
 use crate::actuator_set::{ActuatorSet, MOST_CYCLES_IN_FLIGHT};
 use crate::condition::{Condition, Leakages};
@@ -71,7 +71,7 @@ struct Flow {
 }
 
 impl Flow {
-    /// Share of it that has flowed `time` s after T_D + T_v.
+    /// Volume that has flowed until `time` s after T_D + T_v.
     fn delivered(&self, time: f64) -> f64 {
         self.volume * ((time - self.late) / self.lasts).clamp(0.0, 1.0)
     }
@@ -94,7 +94,7 @@ pub(crate) struct Metering {
     leakages: Leakages,
     /// Additional time of the slow latch beyond T_v, s.
     slow_latch: f64,
-    /// Volume relative to that of a sound actuator.
+    /// Volume relative to that of a healthy actuator.
     volume_left: f64,
     /// Number of cycles over which one command extends.
     reach: usize,
@@ -300,8 +300,8 @@ impl Metering {
         }
     }
 
-    /// Calls `tell` with each calibrated flow over a stretch without any change, m^3/s, and its valve: 0 for the large volume, 1 for the
-    /// small one. Returns the drift polarity.
+    /// Calls `tell` with each calibrated flow over a stretch without changes, m^3/s, and its valve: 0 for the large volume, 1 for the small one.
+    /// Returns the drift polarity.
     fn flowing(&self, from: f64, until: f64, mut tell: impl FnMut(usize, f64)) -> i8 {
         let middle = 0.5 * (from + until);
         let mut polarity = self.settled_polarity;

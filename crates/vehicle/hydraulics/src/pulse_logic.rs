@@ -21,16 +21,16 @@
 //! - **single-speed**: e_s = e_b, so "small" never occurs. With e_b = (quantum + hysteresis)/2 it is a quantizer with hysteresis. Phase I
 //!   and III: drift option 3, limit option 1, delta_n = delta_p = 0.
 //! - **two-speed**: a large volume for slewing, a small one for fine quantization.
-//! - **precision mode** ("accurate positioning"): drift option 1 or 2. A sign pulse without a volume switches the direction valve, and with
-//!   it the drift, but displaces no calibrated volume ([`crate::valves`]): the drift then positions the ram between two quanta. With
+//! - **precision mode** ("accurate positioning"): drift option 1 or 2. A sign pulse without a volume switches the direction valve, and with it the
+//!   direction of the drift, but displaces no calibrated volume ([`crate::valves`]): the drift then positions the ram between two quanta. With
 //!   delta_p = K_L T the logic counts the drift.
 //! - **feedback flexibility**: without a volume, FB may have the polarity of eps (delta_n), of the sign pulse (delta_p), or both.
 //!
 //! The analog mode has no sum: eps comes from the error detector ([`crate::position_loop`]) and is the Input, so drift options 1 and 2 are
 //! identical.
 //!
-//! The report is ambiguous in two places. Its text inhibits volumes beyond X_lim without a direction. Only outward volumes are inhibited
-//! here; otherwise the ram would lock up. "When changing the direction of motion ... the volume command in parallel with the sign command
+//! The report is ambiguous in two places. The report's text inhibits volumes beyond X_lim without naming a direction. Only outward volumes are
+//! inhibited here; otherwise the ram would lock up. "When changing the direction of motion ... the volume command in parallel with the sign command
 //! is inhibited" does not lose a volume, because the sign valve's own switching moves it. The reading in which the volume is lost is
 //! [`SignChange::DropsVolume`].
 
@@ -92,7 +92,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// Single-speed operation, as in Phases I and III.
+    /// Single-speed operation, the same as in Phases I and III.
     pub const SINGLE_SPEED: Self = Self {
         two_speed: false,
         drift: DriftOption::LastCommand,
@@ -219,7 +219,7 @@ impl PulseLogic {
         self.feedback = 0.0;
     }
 
-    /// Volume due for `eps`, and the angle counted for it.
+    /// Volume required for the error `eps`, and the angle counted for it.
     fn volume_due(&self, eps: f64) -> Option<(Volume, f64)> {
         if eps.abs() > self.large.threshold {
             return Some((Volume::Large, self.large.quantum));

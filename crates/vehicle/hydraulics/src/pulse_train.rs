@@ -24,7 +24,7 @@ impl PulseTrain {
         Self::worn(set, Condition::SOUND, sign, quanta)
     }
 
-    /// As [`PulseTrain::settled`], with the actuator in `condition`.
+    /// Like [`PulseTrain::settled`], with the actuator in `condition`.
     #[must_use]
     pub fn worn(set: &ActuatorSet, condition: Condition, sign: i8, quanta: &[i8]) -> Self {
         let mut train = Self {

@@ -2,7 +2,7 @@
 //!
 //! [`crate::modes`] has the equations, [`crate::events`] the changes of mode. A [`Ram`] receives pieces of constant flow, one after the
 //! other. The events within a piece depend on the piece only, and a state within it is evaluated from the closed form without side effects.
-//! So the motion does not depend on when, or how often, it is read.
+//! So the motion does not depend on when, or how often, the position is read.
 
 use crate::actuator_set::ActuatorSet;
 use crate::closed_form::ClosedForm;
@@ -11,7 +11,7 @@ use crate::events::{Event, break_away_force, next_event, outward_flow};
 use crate::metering::Flows;
 use crate::modes::{Constants, FrictionState, Mode, Pressures, Side, State};
 
-/// Limit of events, or of search steps for them, in one piece of flow. Beyond it the rest of the piece stays in its present mode, and the
+/// Maximum number of events, or of search steps for events, in one piece of flow. Beyond it the rest of the piece stays in its present mode, and the
 /// ram is [`Ram::unsolved`].
 const MOST_EVENTS_IN_A_PIECE: u32 = 10_000;
 const MOST_STEPS_IN_A_PIECE: u32 = 1_000_000;
@@ -204,7 +204,7 @@ impl Ram {
         self.motion.position(time - self.time)
     }
 
-    /// Appends the position at `time`, as in [`Ram::position`], and at later times `interval` s apart. It stops at the end of the present
+    /// Appends the position at `time`, the same as [`Ram::position`], and at later times `interval` s apart. Sampling stops at the end of the present
     /// segment, and after `count` values.
     pub(crate) fn sample(&self, time: f64, interval: f64, count: usize, positions: &mut Vec<f64>) {
         let within = ((self.ends - time) / interval).ceil() as usize;

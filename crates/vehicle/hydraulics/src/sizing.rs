@@ -1,6 +1,6 @@
 //! Sizing: derived quantities of an actuator, and an actuator for a load.
 //!
-//! The formulas are those of IBM 66-L03-005, Sections II and III and the list of symbols, next to Tables 3-1 and 4-1; most are methods of
+//! The formulas are taken from IBM 66-L03-005, Sections II and III and the list of symbols, next to Tables 3-1 and 4-1; most are methods of
 //! [`ActuatorSet`]. The actuator for a load is computed by inverting them:
 //!
 //! ```text
@@ -25,7 +25,7 @@ pub const HORSEPOWER: f64 = 6600.0 * INCH * POUND;
 const CLAMP_SHARE: f64 = 0.75;
 /// Ratio of the force to the force needed for slewing.
 const FORCE_MARGIN: f64 = 2.0;
-/// Largest rest error of the load by stiction, as a share of a quantum.
+/// Largest rest error of the load caused by stiction, as a share of a quantum.
 const STICTION_SHARE: f64 = 0.25;
 /// T_f as a share of the cycle time that remains after T_v.
 const FLOW_SHARE: f64 = 0.85;

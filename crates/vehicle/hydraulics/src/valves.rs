@@ -1,8 +1,8 @@
 //! The valves and the calibrating pistons between them (Appendix A).
 //!
 //! The actuating valve and the direction (sign) valve each have two settled positions. Together they decide to which end the calibrating
-//! piston is pressed: the exclusive nor of the two. When that end changes, the piston strokes and moves one calibrated volume V_c: into the
-//! ram's left chamber with the direction valve to the right, out of it with the valve to the left.
+//! piston is pressed: the exclusive nor of the two. When that end changes, the piston strokes and moves one calibrated volume V_c: with the direction
+//! valve to the right, into the ram's left chamber; with the valve to the left, out of this chamber.
 //!
 //! | switched | volume |
 //! |---|---|
@@ -46,7 +46,7 @@ pub struct Stroke {
     pub large: i8,
     /// Small calibrated volumes moved: +1, 0 or -1.
     pub small: i8,
-    /// Position of the direction valve: +1 right, -1 left. It is also the polarity of the drift.
+    /// Position of the direction valve: +1 right, -1 left. The polarity is also that of the drift.
     pub polarity: i8,
     /// Whether the large volume's actuating valve has switched down, the direction of the slow latch.
     pub down: bool,

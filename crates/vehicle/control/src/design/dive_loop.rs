@@ -12,9 +12,9 @@
 //! L = -(Kr G_q + P G_theta - P D G_z - P Kdz F G_z')
 //! ```
 //! and closed, `z / z_c = P D G_z / (1 + L)` (Brunner, NPS thesis, 1988, pp. 9 to 20, whose vehicle is
-//! a [`PitchModel`] and whose planes are ideal). There are two such loops:
+//! a [`PitchModel`] and whose planes are ideal). There are two such loops.
 //!
-//! - **sampled** ([`DivePlant::sampled`]), as it is flown: the law is evaluated at each tick, its command is held over the tick, and the
+//! - The sampled loop ([`DivePlant::sampled`]) is the one that flies: the law is evaluated at each tick, its command is held over the tick, and the
 //!   actuator moves the planes with its own motion ([`Sampled`]). `G_x(z)` includes all of that, exact at the ticks;
 //! - **continuous**: `G_x(s)` with an actuator `A(s)` of a lag and a dead time, which represents hold and actuator.
 
@@ -42,8 +42,8 @@ const SHARES_OF_NYQUIST: (f64, f64) = (1e-6, 0.9999);
 /// Number of samples of a continuous loop's step response.
 const STEP_SAMPLES: f64 = 1500.0;
 
-/// The vehicle about level flight, from the dive planes (rad, dive) to pitch rate (rad/s, bow up), pitch (rad, bow up), depth (m, down) and
-/// depth rate (m/s).
+/// The vehicle in level flight, from the dive planes (rad, dive) to pitch rate (rad/s, bow up), pitch (rad, bow up), depth (m, down) and depth rate
+/// (m/s).
 #[derive(Clone, Debug, PartialEq)]
 pub struct DivePlant {
     vehicle: StateSpace,
@@ -82,7 +82,7 @@ impl DivePlant {
         }
     }
 
-    /// The same vehicle with a sampled command. `lag` (s, 0 for none) is the actuator's; `motion` is the remaining response between command
+    /// The same vehicle with a sampled command. `lag` (s, 0 for none) is the lag of the actuator; `motion` is the remaining response between command
     /// and planes, in the form of [`Sampled::new`], for ticks of `tick` seconds.
     ///
     /// # Errors
@@ -159,7 +159,7 @@ pub struct Path {
     pub delay: f64,
 }
 
-/// The memory of the law from tick to tick: the controller's `depth.i`, `pitch.i` and `depth.derivative_filter`; 0 for none.
+/// Parts of the law that remember earlier ticks: the controller's `depth.i`, `pitch.i` and `depth.derivative_filter`; 0 for an unused part.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Memory {
     /// `Kiz`, rad/(m s).
@@ -254,7 +254,7 @@ impl Judgement {
         margins.min_by(|a, b| a.abs().total_cmp(&b.abs()))
     }
 
-    /// The factors to which the loop's gain may rise and fall: the nearest gain margins above and below one, `None` if there is none.
+    /// The factors to which the loop's gain may rise and fall: the nearest gain margins above and below one, `None` if there is no margin.
     #[must_use]
     pub fn gain_limits(&self) -> (Option<GainMargin>, Option<GainMargin>) {
         let by_factor = |a: &GainMargin, b: &GainMargin| a.factor.total_cmp(&b.factor);
@@ -265,8 +265,8 @@ impl Judgement {
         )
     }
 
-    /// The smallest additional delay, s, that makes a stable loop unstable: the minimum of phase margin, as lag, over frequency. For a
-    /// sampled loop it is exact for whole ticks.
+    /// The smallest additional delay, s, that makes a stable loop unstable: the minimum of the phase margin, expressed as a delay, over all crossover
+    /// frequencies. For a sampled loop it is exact for whole ticks.
     #[must_use]
     pub fn delay_margin(&self) -> Option<f64> {
         let delay = |m: &PhaseMargin| m.margin.rem_euclid(TAU) / m.frequency;
@@ -465,7 +465,7 @@ impl DiveLoop {
         Ok(growth(&self.poles()?, self.plant.sampled.is_some()))
     }
 
-    /// The end points of the root locus as one of the gains grows without bound, like [`Judgement::poles`]; `gain` selects it.
+    /// The end points of the root locus as one gain grows without bound, in the form of [`Judgement::poles`]; `gain` selects the gain.
     ///
     /// # Errors
     /// Errors of [`StateSpace::zeros`] and [`DiveLoop::closed_loop`].

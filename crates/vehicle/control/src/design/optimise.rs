@@ -1,7 +1,7 @@
 //! Optimises gains for a range of speeds: minimises the worst ITAE of a depth step, within margins.
 //!
-//! One set of the four gains serves all speeds. The cost is the largest value over the speeds of `ITAE U^2`, the ITAE in metres travelled
-//! instead of seconds (a slow vehicle necessarily takes longer), with
+//! One set of four gains is used for all speeds. The cost is the largest value over the speeds of `ITAE U^2`, the ITAE in metres travelled instead of
+//! seconds (a slow vehicle necessarily takes longer), with
 //!
 //! - at every speed a phase margin and gain margins at least as large as required, and an overshoot at most as large;
 //! - at the first instant of a depth step of the given size, pitch command and planes within their limits: `Kpz e <= theta_lim`,
@@ -21,7 +21,7 @@ use crate::gains::LoopGains;
 const BOUNDS: (f64, f64) = (1e-3, 1e3);
 /// Additional miss of gains for which a step exceeds a limit at its first instant.
 const FIRST: f64 = 100.0;
-/// Miss of an unstable loop, larger than that of any stable one.
+/// Penalty for an unstable loop, larger than that of any stable loop.
 const UNSTABLE: f64 = 10.0;
 /// The search ends when the ITAE of all members differs by less than this share.
 const ALIKE: f64 = 1e-3;
@@ -66,7 +66,7 @@ pub struct Proposal {
 }
 
 impl Wishes {
-    /// The best gains; `None` if none satisfy all requirements.
+    /// The best gains; `None` if no gains satisfy all requirements.
     ///
     /// # Errors
     /// Errors of [`DiveLoop::judge`].

@@ -1,4 +1,4 @@
-//! Integrates the gyro, as in the 1988 vehicle, and differentiates the depth.
+//! Integrates the gyro, the same as in the 1988 vehicle, and differentiates the depth.
 //!
 //! ```text
 //! comparator:  theta' = q + q_0 if q + q_0 < 0, else 0     (Brunner 1988, p. 91)
@@ -48,7 +48,7 @@ impl IntegratorRules {
     }
 }
 
-/// Pitch by integration, from level at the first measurement.
+/// Pitch by integration; the vehicle is assumed to be level at the first measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Integrator {
     rules: IntegratorRules,

@@ -47,7 +47,7 @@ pub struct Tuning {
     /// Correlation time of the depth rate not caused by pitch.
     #[parameter(default = 2.0, unit = "s", range = 1e-3..=1e6)]
     pub stray_time: f64,
-    /// Standard deviation of the initial pitch, about level.
+    /// Standard deviation of the initial pitch, whose mean is 0 (level).
     #[parameter(default = 0.05, unit = "rad", range = 0.0..=3.0)]
     pub initial_pitch: f64,
     /// Standard deviation of the initial gyro bias; 25 mV.
@@ -71,7 +71,7 @@ struct State {
 }
 
 impl Kalman {
-    /// A filter before the first measurement, which is assumed to be level.
+    /// A filter before the first measurement; the vehicle is then assumed to be level.
     #[must_use]
     pub(crate) fn new(tuning: Tuning) -> Self {
         Self {

@@ -1,7 +1,7 @@
 //! Pitch and depth rate from the vehicle's measurements: the rate gyro, the depth cell and its speed.
 //!
-//! The 1988 vehicle had no inclinometer. Its pitch was the integral of a gyro whose zero drifts by
-//! 25 mV, which is 2 deg/s (Brunner, NPS thesis, 1988, p. 90): 20 degrees of pitch in ten seconds.
+//! The 1988 vehicle had no inclinometer. Pitch was the integral of a gyro whose zero drifts by 25 mV, which is 2 deg/s (Brunner, NPS thesis, 1988, p.
+//! 90): 20 degrees of pitch in ten seconds.
 //!
 //! - [`Instruments`]: the readings of the topics.
 //! - [`Integrator`]: the report's remedy, a dead band before the integrator (p. 91).
@@ -33,7 +33,7 @@ pub enum Source {
 /// An estimator's settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rules {
-    /// The estimator, if any.
+    /// The estimator, if one is used.
     pub source: Source,
     /// The constants of the instruments.
     pub calibration: Calibration,

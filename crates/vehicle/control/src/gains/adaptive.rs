@@ -2,11 +2,11 @@
 //!
 //! An estimate is used if `sysid` marks it as valid, it is younger than [`Trust::oldest`], and it passes [`Trust`]; the first condition
 //! that fails is the reported reason. If `sysid` identifies several pairs of signals, only estimates of pitch rate over plane angle are
-//! used. Of several such pairs it is `sysid`'s first ([`FIRST_PAIR`]), or the one that came first, until it has been silent for
-//! [`Trust::oldest`].
+//! used. If several pairs qualify, `sysid`'s first pair ([`FIRST_PAIR`]) is used, or else the pair whose model arrived first, until it has been
+//! silent for [`Trust::oldest`].
 //!
 //! The gains move towards their target by at most [`Trust::rate`] of the scheduled gain per second, so that neither a new estimate nor its
-//! loss causes a step. They stay within the same factor of the scheduled gains.
+//! loss causes a step. The gains stay within the same factor of the scheduled gains.
 
 use std::cell::OnceCell;
 

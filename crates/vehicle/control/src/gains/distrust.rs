@@ -5,7 +5,7 @@ use planesman_model_file::Refusal;
 /// Why an identified model is not used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Distrust {
-    /// There is no model yet.
+    /// No model has been received yet.
     #[error("no model has been received yet")]
     NoModel,
     /// The last model is too old; its age, s.
@@ -30,16 +30,16 @@ pub enum Distrust {
         /// Its output.
         output: String,
     },
-    /// Its covariance does not have the size of its coefficients.
+    /// The covariance does not match the number of coefficients.
     #[error("model refused: its covariance does not match its coefficients")]
     Covariance,
-    /// Its sample time, s, is too long or too short for pitch.
+    /// The model's sample time, s, is too long or too short for pitch.
     #[error("model refused: its sample time of {0} s is too long to resolve pitch")]
     SampleTime(f64),
-    /// It cannot be simulated, or its step response does not determine a pitch model.
+    /// The model cannot be simulated, or its step response does not determine a pitch model.
     #[error("model refused: {0}")]
     Undetermined(String),
-    /// Its step response overflows.
+    /// The model's step response overflows.
     #[error("model refused: its step response overflows")]
     Overflow,
     /// The deviations of its parameters overflow.
@@ -50,7 +50,7 @@ pub enum Distrust {
     Far {
         /// The parameter.
         name: &'static str,
-        /// Its value over the scheduled one.
+        /// The parameter divided by its scheduled value.
         ratio: f64,
     },
     /// A parameter is too uncertain.
@@ -58,7 +58,7 @@ pub enum Distrust {
     Uncertain {
         /// The parameter.
         name: &'static str,
-        /// Its standard deviation over its value.
+        /// Standard deviation divided by the value.
         deviation: f64,
     },
 }
@@ -69,7 +69,7 @@ pub enum FileError {
     /// The file is not a valid model file.
     #[error(transparent)]
     File(#[from] planesman_model_file::Error),
-    /// Its model cannot be used.
+    /// The model in the file cannot be used.
     #[error("model file '{path}': {reason}")]
     Distrusted {
         /// The file.

@@ -7,9 +7,9 @@
 //! ```text
 //! q(t) = -k t - b theta(t) - m int theta dt
 //! ```
-//! whose three coefficients are fitted by least squares over the first seconds. An order above two, for heave or noise, is thereby reduced
-//! to what the loops can use. The uncertainty of the fit follows from the model's covariance by the derivatives of `k` and `b` with respect
-//! to each identified coefficient.
+//! whose three coefficients are fitted by least squares over the first seconds. An order above two, caused by heave or noise, is thereby reduced to
+//! the order that the loops can use. The uncertainty of the fit follows from the model's covariance by the derivatives of `k` and `b` with respect to
+//! each identified coefficient.
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use planesman_linear::TransferFunction;
@@ -20,7 +20,7 @@ use super::distrust::Distrust;
 /// The step response is fitted over this time, s: the pitch loop's own time scale.
 const FITTED: f64 = 4.0;
 
-/// Models with a longer sampling interval have too few samples to fit, those with a shorter one too many.
+/// Models with a longer sampling interval have too few samples for the fit, models with a shorter one too many.
 const SAMPLES: std::ops::RangeInclusive<usize> = 8..=4000;
 
 /// The relative step of a coefficient in difference quotients.

@@ -15,7 +15,7 @@
 
 use super::pitch_model::{PitchModel, SpeedLaw};
 
-/// The speed above which the gains no longer change, m/s: beyond any vehicle's, and all powers of it finite.
+/// The speed, m/s, above which the gains no longer change: faster than any vehicle, and low enough that all powers of the speed are finite.
 const HIGHEST_SPEED: f64 = 1e3;
 
 /// The gains of the depth and pitch loops.

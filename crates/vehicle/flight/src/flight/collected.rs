@@ -12,7 +12,7 @@ use crate::model_summary::identified;
 
 /// Time range of the close-up of the planes, s.
 const CLOSE_UP: f64 = 5.0;
-/// One of this many samples of a tick's plane motion is drawn.
+/// Only one of this many samples of a tick's plane motion is drawn.
 const DRAWN_SAMPLES: usize = 5;
 /// Upper limit of the number of actuators; no vehicle has that many.
 pub(super) const ACTUATORS: usize = 16;
@@ -126,15 +126,15 @@ impl Collected for States {
     }
 }
 
-/// The held depth, and the part of the flight in which the response to its last change can be evaluated.
+/// The held depth, and the part of the flight in which the response to the last depth change can be evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct HeldDepth<T> {
     /// m
     pub(crate) depth: f64,
     /// Time of the last change.
     pub(crate) since: T,
-    /// Time of the first test signal after it. A signal that starts by the tick after the change disturbs the whole response. Then this is
-    /// `None` and `is_disturbed` is set.
+    /// Time of the first test signal after the step. A signal that starts by the tick after the change disturbs the whole response. In this case
+    /// `signal` is `None` and `is_disturbed` is set.
     pub(crate) signal: Option<T>,
     /// Whether a test signal was active from the change on.
     pub(crate) is_disturbed: bool,
@@ -175,7 +175,7 @@ impl<T: Copy> HeldDepth<T> {
 
 impl<T: Copy + PartialOrd> HeldDepth<T> {
     /// Evaluates the response with a function of its end: up to the test signal, or up to the end of the flight if it has not settled by
-    /// then. Returns the response, that end, and whether a test signal was active before it.
+    /// then. Returns the response, its end, and whether a test signal was active before the end.
     pub(crate) fn judged<E>(
         &self,
         end: T,

@@ -31,7 +31,7 @@ pub(super) struct Metrics {
     model: Option<ModelEstimate>,
 }
 
-/// Columns of a case's numbers, before those of the poles.
+/// Columns of a case's numbers, before the columns of the poles.
 pub const COLUMNS: [&str; 25] = [
     "depth_setpoint [m]",
     "rise_time [s]",

@@ -171,7 +171,7 @@ pub struct Sweep {
     parts: Parts,
     space: Space,
     poles: usize,
-    /// As given, for the definition.
+    /// The varied parameters as given on the command line, for the sweep's definition.
     vary: Vec<String>,
     samples: Option<u32>,
 }
@@ -185,7 +185,7 @@ pub struct Case {
     pub values: Vec<String>,
     /// Its seed.
     pub seed: u32,
-    /// Its numbers; `None` for a missing one.
+    /// The case's numbers; `None` for a missing number.
     pub numbers: Vec<Option<f64>>,
     /// Reason why the flight failed; empty otherwise.
     pub error: String,
@@ -217,7 +217,7 @@ impl Sweep {
         })
     }
 
-    /// As [`Sweep::new`], simulated with these parts.
+    /// Like [`Sweep::new`], simulated with these parts.
     #[must_use]
     pub fn with_parts(self, parts: Parts) -> Self {
         Self { parts, ..self }

@@ -1,6 +1,6 @@
 //! The results as a Parquet file next to the CSV file, for DuckDB, Polars, pandas or Spark.
 //!
-//! It is written from the CSV file when a sweep, or a part of one, is complete; only one group of rows is in memory.
+//! The Parquet file is written from the CSV file when a sweep, or a part of a sweep, is complete; only one group of rows is in memory.
 
 use std::fs::File;
 use std::path::Path;

@@ -1,8 +1,8 @@
 //! The results' file: one row per case in the order of the cases, independent of the number of cores and of interruptions.
 //!
-//! Workers take cases in order. A row that is ready early waits in memory for those before it. No worker is more than 1024 cases ahead, so
-//! memory does not grow with the number of cases. The file therefore always has complete rows from the first case on, except for a partial
-//! last row after a power failure. To continue, only the number of its complete rows is needed.
+//! Workers take cases in order. A row that is ready early waits in memory for the rows before it. No worker is more than 1024 cases ahead, so memory
+//! does not grow with the number of cases. The file therefore always has complete rows from the first case on, except for a partial last row after a
+//! power failure. To continue, only the number of its complete rows is needed.
 
 use std::collections::BTreeMap;
 use std::fs::{File, TryLockError};

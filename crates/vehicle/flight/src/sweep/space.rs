@@ -1,7 +1,7 @@
 //! The varied parameters, and the resulting cases.
 //!
-//! A case is a combination of values and a seed. Its number alone determines it: the first parameter varies slowest, samples of a Latin
-//! hypercube vary faster than the grid, and the seed varies fastest. No list of cases is stored.
+//! A case is a combination of values and a seed. The number of a case alone determines its values: the first parameter varies slowest, samples of a
+//! Latin hypercube vary faster than the grid, and the seed varies fastest. No list of cases is stored.
 
 use crate::error::{During, Result, refuse, refused};
 use planesman_parameters::Value;
@@ -23,11 +23,11 @@ const MOST_CASES: u64 = 1_000_000_000;
 pub struct Axis {
     /// The varied parameter.
     pub parameter: ParameterName,
-    /// Its unit, as declared.
+    /// Unit of the parameter, as declared.
     pub unit: &'static str,
     /// Its values.
     pub values: Vec<Value>,
-    /// Whether its values are sampled together with those of other sampled parameters.
+    /// Whether the values are sampled together with the values of other sampled parameters.
     pub is_sampled: bool,
 }
 
@@ -102,7 +102,7 @@ impl Axis {
         with_unit(self.parameter.name.clone(), self.unit)
     }
 
-    /// Its values as numbers; `None` for words.
+    /// The values as numbers; `None` for words.
     pub fn numbers(&self) -> Option<Vec<f64>> {
         let number = |value: &Value| match value {
             Value::Integer(it) => Some(*it as f64),
