@@ -73,7 +73,8 @@ pub fn make_way(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Removes an existing results folder if `--overwrite` is given and [`is_replaceable`] allows it. Any other folder stays; writing to it then fails.
+/// Removes an existing results folder if `--overwrite` is given and [`is_replaceable`] allows it. Any other folder stays; writing to such a folder
+/// then fails.
 ///
 /// # Errors
 /// Those of [`is_replaceable`]; the folder cannot be removed.
@@ -238,7 +239,7 @@ pub fn output_file(text: &str) -> Result<PathBuf, String> {
     output(text, 1)
 }
 
-/// As [`output_file`], for a file that the command line names `given` times as an output.
+/// Like [`output_file`], for a file that the command line names `given` times as an output.
 fn output(text: &str, given: usize) -> Result<PathBuf, String> {
     let path = Path::new(text);
     if path.file_name().is_none() {
@@ -367,7 +368,7 @@ fn refusal(error: &clap::Error, command: &clap::Command) -> String {
     format!("{wrong}{meant}")
 }
 
-/// The command at the beginning of the command line, or the one after `help`; with the name to call it by.
+/// The command at the beginning of the command line, or the command after `help`; with the name to call it by.
 #[must_use]
 pub fn command_of<C: CommandFactory>(
     arguments: impl Iterator<Item = OsString>,
@@ -385,7 +386,7 @@ pub fn command_of<C: CommandFactory>(
     (name, command.clone())
 }
 
-/// Whether a command line asks for help or the version, or is incomplete and gets the help as answer.
+/// Whether a command line requests help or the version, or is incomplete and therefore gets the help as answer.
 #[must_use]
 pub fn is_help(error: &clap::Error) -> bool {
     matches!(
@@ -396,7 +397,7 @@ pub fn is_help(error: &clap::Error) -> bool {
     )
 }
 
-/// Prints the requested help, or one line that says why the command line is refused.
+/// Prints the requested help, or one line with the reason why the command line is refused.
 #[must_use]
 pub fn refused<C: CommandFactory>(error: &clap::Error) -> ExitCode {
     if is_help(error) {
@@ -431,7 +432,7 @@ pub fn choice<T: Copy + Send + Sync + 'static>(
     choice_also_known(all, described, |_| &[])
 }
 
-/// As [`choice`], with aliases for some of the values.
+/// Like [`choice`], with aliases for some of the values.
 pub fn choice_also_known<T: Copy + Send + Sync + 'static>(
     all: &'static [T],
     described: fn(T) -> (&'static str, &'static str),

@@ -1,7 +1,7 @@
 //! `planesman bag info`: the contents of a bag and its missing messages; `planesman bag diff`: the differences between two recordings.
 //!
-//! A bag alone shows only what its recorder missed. In the folder of a dive the nodes also leave exit reports with the number of messages
-//! that they published; the bag's counts are compared with those.
+//! A bag alone shows only the messages that its recorder missed. In the folder of a dive the nodes also leave exit reports with the number of
+//! messages that they published; the bag's counts are compared with those.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -126,7 +126,7 @@ fn lack(counts: &BTreeMap<String, Count>, silent: &[&str]) -> String {
     said
 }
 
-/// The two recordings, and what counts as a difference.
+/// The two recordings, and rules for what counts as a difference.
 #[derive(Args)]
 pub struct DiffArgs {
     /// A bag folder, a metadata.yaml, an .mcap or .db3 file, or a table as `planesman sim --out x.csv` writes it
@@ -149,7 +149,7 @@ pub struct DiffArgs {
     format: Option<Format>,
 }
 
-/// What counts as a difference.
+/// Rules for what counts as a difference.
 #[derive(Args, Clone)]
 pub struct RuleArgs {
     /// Tolerance of a field's numbers, such as state:depth=1e-9; * matches any characters of a topic, COLUMN=VALUE is for tables
@@ -164,7 +164,7 @@ pub struct RuleArgs {
 }
 
 impl RuleArgs {
-    /// The rules of the comparison. `columns`: those of a flight's table.
+    /// The rules of the comparison. `columns`: the columns of a flight's table.
     pub(crate) fn options<'c>(&self, columns: &'c [ColumnOf<'c>]) -> Options<'c> {
         Options {
             tolerances: self.tolerance.clone(),

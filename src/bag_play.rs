@@ -1,8 +1,8 @@
 //! `planesman bag play --lockstep --through NODE`: plays a bag's inputs through one node, tick by tick, and compares its outputs with the
 //! recorded ones.
 //!
-//! The inputs of a stamp are published in the recorded order; those of the next stamp only after the node has answered. So the result does
-//! not depend on the speed of the machine. `/clock` gives the time.
+//! The inputs with one stamp are published in the recorded order; inputs with the next stamp only after the node has answered. So the result does not
+//! depend on the speed of the machine. `/clock` gives the time.
 
 mod plan;
 mod player;

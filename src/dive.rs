@@ -1,6 +1,6 @@
 //! `planesman dive`: a scenario flown by separate processes over DDS.
 //!
-//! The launcher is itself a node. It reads all diagnostics until every node has discovered the others, releases the vehicle, shows the
+//! The launcher is itself a node. The launcher reads all diagnostics until every node has discovered the others, releases the vehicle, shows the
 //! progress, and stops the nodes in an order that loses no message: publishers first, the recorder last.
 
 mod launcher;

@@ -1,4 +1,4 @@
-//! `planesman doctor`: checks whether nodes discover each other on this machine, and says what to do if not.
+//! `planesman doctor`: checks whether nodes discover each other on this machine; if they do not, prints what to do.
 
 use std::net::{Ipv4Addr, UdpSocket};
 use std::path::Path;
@@ -68,7 +68,7 @@ fn described(domain: Domain) -> String {
     format!("ROS_DOMAIN_ID {}, discovery range {range}", domain.id)
 }
 
-/// The middleware that `RMW_IMPLEMENTATION` names. It decides the form in which the nodes send services.
+/// The middleware that `RMW_IMPLEMENTATION` names. The RMW implementation decides the form in which the nodes send services.
 fn middleware(named: Option<String>) -> Result<String> {
     match named.as_deref() {
         None | Some("") => Ok("rmw_fastrtps_cpp, Jazzy's default".to_owned()),

@@ -1,13 +1,13 @@
 //! Planesman: simulates, controls and identifies an underwater vehicle.
 //!
-//! This package is the program around the nodes and the libraries. It flies a scenario in two ways that agree bit for bit: as separate
-//! processes over DDS ([`dive`]), or in one process ([`planesman_flight`]). Both write a bag, which [`planesman_show::pages`] shows as a page.
-//! [`sweep`] flies a scenario many times.
+//! This package contains the program, which uses the nodes and the libraries. The program flies a scenario in two ways that agree bit for bit: as
+//! separate processes over DDS ([`dive`]), or in one process ([`planesman_flight`]). Both write a bag, which [`planesman_show::pages`] shows as a
+//! page. [`sweep`] flies a scenario many times.
 //!
 //! Other commands: [`coefficients_command`] computes a vehicle's coefficients from its geometry. [`dha`] sizes the actuator and designs its
-//! circuits. [`design`] analyses and designs the loops. [`sysid`] identifies models, [`tune`] finds gains for them, and [`review`] shows both
-//! on one page. [`export_command`] writes FMUs for other simulators. [`watch`] shows running vehicles.
-//! The two historical reports are in another program, `planesman-reports`, which [`reports_program`] runs.
+//! circuits. [`design`] analyses and designs the loops. [`sysid`] identifies models, [`tune`] finds gains for these models, and [`review`] shows both
+//! on one page. [`export_command`] writes FMUs for other simulators. [`watch`] shows running vehicles. The two historical reports are in another
+//! program, `planesman-reports`, which [`reports_program`] runs.
 
 pub mod arguments;
 pub mod bag_command;

@@ -434,7 +434,7 @@ fn main() -> ExitCode {
     )
 }
 
-/// Prints the help of a command that `planesman-reports` runs, as far as this program knows it.
+/// Prints the help of a command that `planesman-reports` runs, as far as this program has it.
 fn help_without_the_reports() -> Result<()> {
     let (_, mut command) = command_of::<Cli>(std::env::args_os().skip(1));
     written(command.render_long_help().to_string().into_bytes())
@@ -463,8 +463,8 @@ fn written(text: Vec<u8>) -> Result<()> {
     Ok(planesman_console::print(String::from_utf8(text)?)?)
 }
 
-/// Restricts discovery to this machine, unless the environment says otherwise. The variable must be set before the first thread starts, so
-/// the program restarts itself with it.
+/// Restricts discovery to this machine, unless the environment requests another range. The variable must be set before the first thread starts, so
+/// the program restarts itself with the variable set.
 fn stay_local() -> Result<()> {
     const RANGE: &str = "ROS_AUTOMATIC_DISCOVERY_RANGE";
     if std::env::var_os(RANGE).is_some() {

@@ -10,7 +10,7 @@ use rustix::process::{Signal, set_parent_process_death_signal};
 /// Environment variable of a launched node: the node stops when its launcher is gone.
 pub const LAUNCHED: &str = "PLANESMAN_LAUNCHED";
 
-/// Runs the node `name` with its arguments (including `--ros-args`) until it is asked to stop.
+/// Runs the node `name` with its arguments (including `--ros-args`) until it is requested to stop.
 #[must_use]
 pub fn run(name: &str, args: Vec<OsString>) -> ExitCode {
     launched(|| match name {

@@ -71,7 +71,8 @@ impl Processes {
         Ok(processes)
     }
 
-    /// Starts the process that shows the flight on a page in the browser. That process reports its own errors; the flight continues without it.
+    /// Starts the process that shows the flight on a page in the browser. The process of the page reports its own errors; the flight continues
+    /// without the page.
     ///
     /// # Errors
     /// The process cannot be started.
@@ -108,8 +109,8 @@ impl Processes {
         Ok(())
     }
 
-    /// Asks all nodes to stop and waits until they have stopped. The recorder, started first, stops last, so that it receives the others' last
-    /// messages even when one of them does not stop.
+    /// Asks all nodes to stop and waits until they have stopped. The recorder, started first, stops last, so that it receives the last messages of
+    /// the other nodes even if one of them does not stop.
     ///
     /// # Errors
     /// A node does not stop in time (it is then killed), or ends with an error.
@@ -221,7 +222,7 @@ fn signal(child: &Child, signal: Signal) {
     }
 }
 
-/// The last lines of a node's log, or a sentence that says why they cannot be read.
+/// The last lines of a node's log, or a sentence with the reason why they cannot be read.
 fn tail(run: &RunFolder, node: &str) -> String {
     let log = run.log(node);
     let text = match std::fs::read(&log) {

@@ -1,5 +1,5 @@
-//! Runs `planesman-reports` for the commands of the historical reports. It is a separate program, so that this one can be built without the
-//! reports.
+//! Runs `planesman-reports` for the commands of the historical reports. `planesman-reports` is a separate program, so that this program can be built
+//! without the reports.
 
 use std::ffi::{OsStr, OsString};
 use std::fmt;
@@ -43,7 +43,7 @@ impl fmt::Display for NotBuilt {
 
 impl std::error::Error for NotBuilt {}
 
-/// Replaces this process by `planesman-reports`, from next to this program or else from `PATH`. It gets a command and this program's
+/// Replaces this process by `planesman-reports`, from next to this program or else from `PATH`. The other program gets a command and this program's
 /// arguments without the first `words`, which name the command here.
 ///
 /// # Errors

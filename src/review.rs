@@ -116,7 +116,7 @@ impl ReviewArgs {
     }
 }
 
-/// Writes the page and prints its conclusion. Without a usable model the page says so, and what to do.
+/// Writes the page and prints its conclusion. Without a usable model the page explains this, and gives the next step.
 ///
 /// # Errors
 /// As [`planesman_fit::fit`], [`planesman_tuning::tune`] and [`planesman_show::design::DiveTask::gains`]; the page is still written unless no

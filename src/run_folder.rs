@@ -86,7 +86,7 @@ impl RunFolder {
             .with_context(|| format!("cannot create the folder '{}'", self.path.display()))
     }
 
-    /// Writes a file into the folder that says that the flight failed, and why.
+    /// Writes a file into the folder that states that the flight failed, and the reason.
     pub fn note_failure(&self, error: &anyhow::Error) {
         // The error is on its way to the terminal; a full disk must not hide it.
         let _ = fs::write(

@@ -1,7 +1,7 @@
-//! `planesman tf`: the transfer functions of a vehicle about level flight.
+//! `planesman tf`: the transfer functions of a vehicle in level flight.
 //!
-//! For any vehicle and speed, from [`planesman_vehicle::transfer`], in SI units. `planesman-reports` prints those of the thesis' vehicle as in
-//! Brunner 1988 (eq. 7 and Table 8), including the errors printed there.
+//! For any vehicle and speed, from [`planesman_vehicle::transfer`], in SI units. `planesman-reports` prints the transfer functions of the thesis'
+//! vehicle as in Brunner 1988 (eq. 7 and Table 8), including the errors printed there.
 
 use std::fmt::{self, Display, Write as _};
 

@@ -32,7 +32,7 @@ pub struct WatchArgs {
     ros: Vec<String>,
 }
 
-/// Serves the page until asked to stop.
+/// Serves the page until the process is requested to stop.
 ///
 /// # Errors
 /// A refused argument, an address that cannot be listened on, a failing start of the middleware.

@@ -24,8 +24,8 @@ pub struct Described {
     pub sources: Vec<TypeSource>,
 }
 
-/// Describes the message, service or action of this name, or a part of it (`std_srvs/srv/SetBool_Request`); `None` if
-/// this crate does not contain it.
+/// Describes the message, service or action with this name, or a part of it (`std_srvs/srv/SetBool_Request`); `None` if this crate does not contain
+/// the type.
 #[must_use]
 pub fn describe(type_name: &str) -> Option<Described> {
     let library = library();

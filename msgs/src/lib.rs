@@ -6,8 +6,8 @@
 //! `planesman_msgs::package::kind::Name`.
 //!
 //! Each message is a plain struct with the ROS field names, and implements [`Message`]: its names on DDS,
-//! its schema text, its type hash, and the check that all its numbers are finite. It also implements [`Field`]: its fields by their names. The Rust
-//! types ignore the bounds of sequences and strings (`T[<=1]`): code that fills such a field must observe its bound.
+//! its schema text, its type hash, and the check that all its numbers are finite. Each message also implements [`Field`]: access to its fields by
+//! name. The Rust types ignore the bounds of sequences and strings (`T[<=1]`): code that fills such a field must observe its bound.
 
 use std::fmt::Debug;
 

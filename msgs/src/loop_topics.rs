@@ -55,7 +55,7 @@ impl LoopTopic {
         }
     }
 
-    /// The same topic with reliable publishers, for flights in which no sample may be lost, as in lockstep.
+    /// The same topic with reliable publishers, for flights in which no sample may be lost, such as in lockstep.
     #[must_use]
     pub fn without_loss(self) -> Self {
         match self.delivery {
@@ -143,7 +143,7 @@ pub const ALL: &[LoopTopic] = {
     ]
 };
 
-/// The topic of this name, as written in [`ALL`].
+/// The topic with this name, as written in [`ALL`].
 #[must_use]
 pub fn named(name: &str) -> Option<&'static LoopTopic> {
     ALL.iter().find(|topic| topic.name == name)
@@ -154,7 +154,7 @@ pub trait Sink {
     /// The error of a message that cannot be stored.
     type Error;
 
-    /// Stores one message of `topic`, whose name is that in [`ALL`].
+    /// Stores one message of `topic`; the name is written as in [`ALL`].
     ///
     /// # Errors
     /// The message cannot be stored.

@@ -1,4 +1,4 @@
-//! Errors as Python exceptions of one line, in Python's terms; work that releases the interpreter and that Ctrl-C can stop.
+//! Errors as Python exceptions of one line, in Python's terms; long work that releases the interpreter and that Ctrl-C can stop.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -20,7 +20,7 @@ create_exception!(
     "What was refused, where it was found, and what is allowed."
 );
 
-/// Converts an error to an exception; an error that already is an exception, such as that of Ctrl-C, is returned unchanged.
+/// Converts an error to an exception; an error that is already an exception, such as that of Ctrl-C, is returned unchanged.
 pub(crate) fn raised(error: impl Into<anyhow::Error>) -> PyErr {
     match error.into().downcast::<PyErr>() {
         Ok(exception) => exception,

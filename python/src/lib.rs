@@ -1,7 +1,7 @@
-//! The native half of the Python package `planesman`. Users import the Python half, in the folder `planesman/` beside this one.
+//! The native half of the Python package `planesman`. Users import the Python part, in the folder `planesman/` next to this one.
 //!
-//! The functions take the options of the Rust libraries, so that names, defaults, units, checks and errors are those of the program; the Python
-//! half adds types and docstrings.
+//! The functions have the options of the Rust libraries, so that names, defaults, units, checks and errors equal those of the program; the Python
+//! part adds types and docstrings.
 //!
 //! - `data`: signals and fields of a bag, table or log.
 //! - `flight`: scenarios, and their simulation in this process.

@@ -216,7 +216,7 @@ pub(super) struct Plan {
     pub(super) tick: Option<usize>,
 }
 
-/// A bag's topics except those of `but` and those with wall time.
+/// A bag's topics except those in `but` and topics with wall-clock time.
 fn others(bag: &BagReader, but: &[Topic]) -> Vec<Topic> {
     let of_wall_time = |it: &Topic| {
         planesman_show::diff::WALL_TIME
@@ -229,7 +229,7 @@ fn others(bag: &BagReader, but: &[Topic]) -> Vec<Topic> {
     all.filter(is_other).cloned().collect()
 }
 
-/// The bag's topic of this name, or the first one whose name ends with it.
+/// The bag's topic with this name, or the first topic whose name ends with it.
 fn topic_named<'b>(bag: &'b BagReader, name: &str) -> Option<&'b Topic> {
     let all = || bag.topics().iter().map(|it| &*it.topic);
     let end = format!("/{name}");

@@ -39,7 +39,7 @@ struct Output {
 enum Answers {
     /// Every stamp of the input with this index.
     Each(usize),
-    /// These stamps: those of the recorded answers.
+    /// Ticks at these stamps, taken from the recorded answers.
     At(BTreeSet<i64>),
 }
 

@@ -39,7 +39,7 @@ pub struct LocusArgs {
     html: Option<PathBuf>,
 }
 
-/// One end of the range: a number, or a speed with its unit.
+/// One end of the range: either a number, or a speed with its unit.
 #[derive(Clone, Copy)]
 struct Bound {
     /// Value in SI.

@@ -6,8 +6,8 @@
 //! - [`optimise`]: gains for a range of speeds;
 //! - [`table`]: depth steps simulated with every actuator, feedback and gain source.
 //!
-//! All of them judge the sampled loop: the command is held between ticks, and the actuator has its own dynamics.
-//! The computations are in [`planesman_show::design`].
+//! All commands analyse the sampled loop: the command is held between ticks, and the actuator has its own dynamics. The computations are in
+//! [`planesman_show::design`].
 
 pub mod analyse;
 mod arguments;

@@ -71,7 +71,7 @@ pub fn run(args: &SizeArgs) -> Result<()> {
 }
 
 impl SizeArgs {
-    /// The load from the command line; values not given are those of the actuator `given`.
+    /// The load from the command line; values that are not given are taken from the actuator `given`.
     fn load(&self, resolution: &str, given: &ActuatorSet) -> Result<Load> {
         use Dimension as D;
         let read = |name: &str, text: &Option<String>, dimension: D, otherwise: f64| {

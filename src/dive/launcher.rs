@@ -87,7 +87,7 @@ enum Phase {
     Comparing,
     /// The vehicle is released and flies.
     Flying,
-    /// The vehicle is asked to stop.
+    /// The vehicle has been requested to stop.
     Stopping,
     /// The vehicle stopped at this time; the last messages are in transit.
     Draining(Instant),

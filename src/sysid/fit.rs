@@ -190,7 +190,7 @@ pub fn run(args: &FitArgs) -> Result<()> {
     Ok(())
 }
 
-/// As `run`, for user-written state equations.
+/// Like `run`, for user-written state equations.
 fn run_equations(args: &FitArgs, options: &FitOptions, path: &Path) -> Result<()> {
     let file = EquationsFile::read(path)?;
     let found = fit_equations(options, file, &*args.signals.data.progress());
@@ -212,7 +212,7 @@ fn run_equations(args: &FitArgs, options: &FitOptions, path: &Path) -> Result<()
     Ok(())
 }
 
-/// As `run`, for a continuous-time transfer function.
+/// Like `run`, for a continuous-time transfer function.
 fn run_continuous(args: &FitArgs, options: &FitOptions) -> Result<()> {
     if args.response.is_some() {
         return Err(FitError::NoResponse.into());
@@ -234,7 +234,7 @@ fn run_continuous(args: &FitArgs, options: &FitOptions) -> Result<()> {
     Ok(())
 }
 
-/// As `run`, for several inputs or outputs.
+/// Like `run`, for several inputs or outputs.
 fn run_several(args: &FitArgs, options: &FitOptions) -> Result<()> {
     let found = fit_several(options, &*args.signals.data.progress())?;
     if args.json {

@@ -17,7 +17,7 @@ pub(crate) struct History<W> {
     /// Event counts of each pair at its previous row.
     accounts: BTreeMap<String, Account>,
     frozen: BTreeMap<String, bool>,
-    /// The first write error; nothing is written after it.
+    /// The first write error; nothing is written after this error.
     result: io::Result<()>,
 }
 

@@ -32,7 +32,7 @@ pub(crate) enum Gains {
 }
 
 impl GainArgs {
-    /// The gains for a model: those of the depth and pitch loops if it is a model of the vehicle's pitch, unless a controller is requested.
+    /// The gains for a model: gains of the depth and pitch loops if it is a model of the vehicle's pitch, unless a controller is requested.
     ///
     /// # Errors
     /// As [`tune`] and [`DiveTask::gains`].

@@ -62,8 +62,8 @@ pub struct TuneArgs {
     html: Option<PathBuf>,
 }
 
-/// The model to tune for: the default, or a process model whose held-out error is at most 2 % larger. A process model has intervals of its
-/// gain, time constants and dead time; a larger model has none for its modes.
+/// The model to tune for: the default, or a process model whose held-out error is at most 2 % larger. A process model gives intervals of its gain,
+/// time constants and dead time; a larger model gives no intervals for its modes.
 ///
 /// # Errors
 /// As [`FitData::fit`] of the default model.

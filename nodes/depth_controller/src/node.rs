@@ -305,7 +305,7 @@ impl Node {
         }
     }
 
-    /// Logs what happened, and sends feedback to the manoeuvre's client.
+    /// Logs the events, and sends feedback to the manoeuvre's client.
     fn tell_progress(&mut self) {
         for change in self.controller.take_changes() {
             log::warn!("{change}");

@@ -199,7 +199,7 @@ impl Node {
 struct Publishers {
     motion: Publisher<PlaneMotion>,
     planes: Publisher<JointState>,
-    /// One topic per group of planes.
+    /// One publisher for each group of planes.
     states: Vec<Publisher<DhaState>>,
 }
 

@@ -40,7 +40,7 @@ struct Gate {
 enum State {
     /// The topic has no publisher.
     Unpublished,
-    /// The publishers have been asked for the type's definition.
+    /// The publishers have been requested to send the type's definition.
     Asked,
     /// Subscribed; with a decoder of the messages' stamp, if they have one.
     Open(Option<Box<StampDecoder>>),

@@ -89,7 +89,7 @@ impl From<GateEvent> for Event {
     }
 }
 
-/// Runs the node with its command-line arguments until it is asked to stop.
+/// Runs the node with its command-line arguments until it is requested to stop.
 #[must_use]
 pub fn main(args: Vec<OsString>) -> ExitCode {
     planesman_node::exit_code("plant_sim", || run(args))
@@ -197,7 +197,7 @@ struct Node {
     stamp: i64,
     /// Total number of ticks, `None` without end.
     ticks: Option<i64>,
-    /// Whether the node ends after them.
+    /// Whether the node ends after these ticks.
     end_when_flown: bool,
     /// The observation of the present tick, sent again to a member that restarts; `None` between ticks, while paused and at the end.
     observation: Option<Observation>,
@@ -225,7 +225,7 @@ struct Node {
     contact: String,
     /// The claim to be the only vehicle in the namespace.
     claim: Claim,
-    /// When listening for other vehicles began; `None` after none was found.
+    /// When the search for other vehicles began; `None` after no other vehicle was found.
     listening: Option<Instant>,
 }
 
@@ -497,7 +497,7 @@ impl Node {
         self.begin_tick(rt)
     }
 
-    /// Publishes the state and sensor readings at the beginning of the next tick, unless a tick is running or none is due.
+    /// Publishes the state and sensor readings at the beginning of the next tick, unless a tick is running or no tick is due.
     fn begin_tick(&mut self, rt: &Runtime<Event>) -> Result<()> {
         if self.listening.is_some()
             || self.observation.is_some()

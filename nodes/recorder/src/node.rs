@@ -232,9 +232,8 @@ struct Node {
 }
 
 impl Node {
-    /// Subscribes to the loop's topics before anybody publishes them: to all without a selection; with a selection to those that must not lose a
-    /// message.
-    /// where no message may be lost.
+    /// Subscribes to the loop's topics before anybody publishes them: without a selection to all of them, with a selection to those that must not
+    /// lose a message.
     fn subscribe_loop(
         &mut self,
         rt: &Runtime<Event>,

@@ -273,7 +273,7 @@ impl Node {
         }
     }
 
-    /// As a member of lockstep: the topic without a publisher that each tick waits for, as a sentence.
+    /// If the node is a member of lockstep: the topic without a publisher that each tick waits for, as a sentence.
     fn lack(&self, rt: &Runtime<Event>) -> Option<String> {
         let is_unpublished = |topic: &&Topic| {
             rt.publishing_nodes(&topic.name)

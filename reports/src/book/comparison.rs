@@ -53,7 +53,7 @@ impl Line<'_> {
     }
 }
 
-/// The verdicts as returned by [`Line::told`], in order of counting, with their meanings.
+/// The verdicts returned by [`Line::told`], in the order of counting, with their meanings.
 pub const VERDICTS: [(&str, &str); 11] = [
     ("agrees", "printed, agree within their rounding"),
     ("approximate", "printed, agree approximately"),

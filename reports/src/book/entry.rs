@@ -10,7 +10,7 @@ use crate::book::verdict::{Verdict, half_unit_of_last_digit};
 pub struct Entry {
     /// Name, beginning with the family: `Tab1.Zw.dim`.
     pub id: String,
-    /// Unit of all its values, as in the report.
+    /// Unit of all values of the entry, as in the report.
     pub unit: String,
     /// Source: page, table, figure or program.
     pub source: String,
@@ -32,10 +32,10 @@ pub struct Entry {
     /// Whether it is a constant used as a model input: reading it back checks only that it was copied correctly.
     #[serde(default)]
     pub input: bool,
-    /// Whether a model constant was calibrated on this number: its agreement says nothing about the model.
+    /// Whether a model constant was calibrated on this number: then its agreement does not validate the model.
     #[serde(default)]
     pub calibrated: bool,
-    /// The entry for the same printed quantity with another model or unit; the two count once, as that entry.
+    /// The entry for the same printed quantity with another model or unit; the two count once, as the other entry.
     pub counted_with: Option<String>,
     /// Number of the erratum that explains it.
     pub erratum: Option<String>,

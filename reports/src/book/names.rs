@@ -26,7 +26,7 @@ impl Names {
         serde_json::from_str(text)
     }
 
-    /// Plain name of an entry's family; the short one if there is none.
+    /// Plain name of an entry's family; the short name if there is no plain name.
     #[must_use]
     pub fn family<'a>(&'a self, entry: &'a Entry) -> &'a str {
         let family = entry.family();

@@ -53,7 +53,7 @@ pub struct Report {
 pub struct Chapter {
     /// The heading.
     pub title: &'static str,
-    /// Note on all of them.
+    /// Note on all figures of the chapter.
     pub note: &'static str,
     /// The figures.
     pub figures: Vec<Plot<'static>>,

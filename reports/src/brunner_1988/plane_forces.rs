@@ -9,8 +9,8 @@
 //! F1 = rho A Vf^2 sin(theta/2)     (p. 61)
 //! ```
 //!
-//! Units are the report's: feet, pounds-force, seconds. For 30 degrees the report gets 0.048 lbf from (5), which gives 0.0431. It computes the
-//! forward area for 15 degrees with half of 30 degrees: 18.4 in^2 instead of 36.4.
+//! Units are the report's: feet, pounds-force, seconds. For 30 degrees the report gets 0.048 lbf from (5), which gives 0.0431. The program computes
+//! the forward area for 15 degrees with half of 30 degrees: 18.4 in^2 instead of 36.4.
 
 /// Water density `rho` \[slug/ft^3\].
 pub const DENSITY: f64 = 1.94;

@@ -6,8 +6,8 @@
 //! delta    A s^3 + B s^2 + C s + D         q      s^2 (D1 s^2 + D2 s + D3)
 //! ```
 //!
-//! Both follow from the nondimensional equations of the programs ([`programs`](crate::brunner_1988::programs)), so `s` is in `U / L`. As printed
-//! they have four errors, each of which is an argument or a constant here:
+//! Both follow from the nondimensional equations of the programs ([`programs`](crate::brunner_1988::programs)), so `s` is in `U / L`. The printed
+//! formulas have four errors, each of which is an argument or a constant here:
 //!
 //! - (7b) uses `z' = w + U theta`; correct is `z' = w - U theta`: [`DepthRate`].
 //! - (7b) combines the dimensional `U` in ft/s with nondimensional numbers; correct is 1.
@@ -16,7 +16,7 @@
 //!   `-0.106 / U^2`, with `U` in ft/s.
 //!
 //! (7b) is not minimal either: `s = Z'w / (m' - Z'wdot)` is both a pole and a zero, which [`Equation7::depth_minimal`] cancels. The corrected model
-//! is that of [`linearised`], for any vehicle and speed; [`Equation7::of`] gives the same from these formulas.
+//! equals that of [`linearised`], for any vehicle and speed; [`Equation7::of`] gives the same result from these formulas.
 
 use planesman_linear::{Error, TransferFunction};
 
@@ -41,7 +41,7 @@ pub const CF2_PRINTED: f64 = 4.306;
 pub const DEPTH_VOLTS_PER_PLANE_VOLT: f64 =
     0.257 * 12.0 / FOOT / (0.010 * 180.0 / std::f64::consts::PI);
 
-/// The `D2` used in Table 8 over that of its formula: `-ln 0.8332 / 0.05` is 3.6497, `D2 / D1` by the formula 2.4327.
+/// The `D2` used in Table 8, divided by the value of its formula: `-ln 0.8332 / 0.05` is 3.6497, while `D2 / D1` by the formula is 2.4327.
 pub const D2_ANOMALY: f64 = 1.5;
 
 /// Sampling time of Table 8, printed in \[s\] and used in \[L/U\].

@@ -34,7 +34,7 @@ pub const PLANE_ANGLE: f64 = 0.523_598_7;
 /// Integration step \[L/U\]; halving it changes no result by more than 1e-7.
 pub const STEP: f64 = 0.005;
 
-/// Constants of one listing, with the listing's names.
+/// Constants of a program listing, with the listing's names.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Program {
     /// `T2` to `T5`.
@@ -211,7 +211,7 @@ pub mod derivation {
         WEIGHT * (BG_INCHES / 12.0) / REFERENCE
     }
 
-    /// As [`c2`] with `BG` left in inches, 1.27: as in the listings.
+    /// Like [`c2`], with `BG` left in inches, 1.27, as in the listings.
     #[must_use]
     pub fn c2_in_inches() -> f64 {
         WEIGHT * BG_INCHES / REFERENCE

@@ -1,6 +1,6 @@
 //! A recorded manoeuvre, and its metrics: pitch, depth, times.
 //!
-//! Units are those of the run: body lengths and `L / U` for the printed programs of Brunner 1988, metres and seconds for the dimensional vehicle.
+//! The units are those of the run: body lengths and `L / U` for the printed programs of Brunner 1988, metres and seconds for the dimensional vehicle.
 //! Angles are in radians, pitch positive bow up.
 
 use planesman_vehicle::{Diverged, Motion, PlanePath, State};

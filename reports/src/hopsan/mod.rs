@@ -1,8 +1,8 @@
 //! Recorded validations of the Hopsan simulator for its on/off valves and its cylinder, recomputed with [`planesman_circuit`].
 //!
 //! For each component, Hopsan (Linköping University) keeps a test model with its expected results: `Models/Component Test Validations` in its
-//! repository. Its components are connected by transmission lines of one time step, 1 ms; so its cylinder starts one or two steps late, and a
-//! volume next to it adds some inertia.
+//! repository. Hopsan's components are connected by transmission lines of one time step, 1 ms; so its cylinder starts one or two steps late, and a
+//! volume next to the cylinder adds some inertia.
 //!
 //! Hopsan's valves are orifices, `Q = C_q A sqrt(2 dp/rho)`, whose spool follows a critically damped second-order lag with `w` = 100 rad/s. Here a
 //! valve opens or closes after a delay; a delay of `2/w` gives the same volume.

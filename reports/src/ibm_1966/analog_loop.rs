@@ -6,9 +6,10 @@
 //! delta'  = v, held within the rate limit
 //! ```
 //!
-//! Missile and gains are those of the digital loop. The actuator is of second order: its valve opens in proportion to v, up to a maximum flow. The
-//! report prints none of its constants. [`Surrogate`] has omega_a and the rate limit, calibrated on Table 4-3; zeta is assumed to be 0.7, and K_i
-//! is that of the digital K = 2^-9, for which the report finds "similar performance and transient characteristics" (Section IV.B.3).
+//! Missile and gains are the same as for the digital loop. The actuator is of second order: its valve opens in proportion to v, up to a maximum flow.
+//! The report prints no constants of the analog actuator. [`Surrogate`] has omega_a and the rate limit, calibrated on Table 4-3; zeta is assumed to
+//! be 0.7, and K_i equals that of the digital K = 2^-9, for which the report finds "similar performance and transient characteristics" (Section
+//! IV.B.3).
 
 use planesman_linear::runge_kutta_step;
 

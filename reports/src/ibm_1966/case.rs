@@ -18,7 +18,7 @@ pub enum RateSignal {
 pub struct Case {
     /// The missile.
     pub surrogate: Surrogate,
-    /// Yaw dynamics: those of the surrogate, unless other calibrated values are tried.
+    /// Yaw dynamics: the surrogate's, unless other calibrated values are tried.
     pub plant: YawPlant,
     /// Source of psi'.
     pub rate: RateSignal,

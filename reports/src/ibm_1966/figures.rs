@@ -377,7 +377,7 @@ fn drifting(case: &Case, condition: Condition) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// The case changed by the row with this id; unchanged if there is none.
+/// The case changed by the row with this id; unchanged if there is no such row.
 fn changed(rows: &[Row], id: &str, base: &Case) -> Case {
     rows.iter()
         .find(|row| row.id == id)

@@ -5,10 +5,10 @@
 //! beta' = psi' - Y_beta beta + Y_delta delta
 //! ```
 //!
-//! The structure is that assumed in the report (IBM 66-L03-005, Section II): a rigid body, short period, small perturbations, no sideslip at rest. It
-//! is aerodynamically unstable. **The report's own constants are lost.** The constants here are calibrated on a few printed results, listed by
-//! [`Surrogate::calibrated_on`]; all other results of the bench are predictions. Only combinations are well determined (K_r mu_delta, K_a times
-//! the rate limit), so other surrogates with the same combinations fit equally well.
+//! The structure is that assumed in the report (IBM 66-L03-005, Section II): a rigid body, short period, small perturbations, no sideslip at rest.
+//! The missile is aerodynamically unstable. **The report's own constants are lost.** The constants here are calibrated on a few printed results,
+//! listed by [`Surrogate::calibrated_on`]; all other results of the bench are predictions. Only combinations are well determined (K_r mu_delta, K_a
+//! times the rate limit), so other surrogates with the same combinations fit equally well.
 
 use std::fmt;
 

@@ -167,7 +167,7 @@ impl Case {
         self.outcome_from(Start::default())
     }
 
-    /// As `outcome`, from an initial state; its ram position, if not in the middle, is also used for the gain test.
+    /// Like `outcome`, from an initial state; its ram position, if not in the middle, is also used for the gain test.
     #[must_use]
     pub fn outcome_from(&self, start: Start) -> Outcome {
         Outcome {

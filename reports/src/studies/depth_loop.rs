@@ -1,9 +1,9 @@
 //! The AUV's depth loop with a digital hydraulic actuator: the limit cycle caused by quantum, friction and leakage after a dive.
 //!
-//! The vehicle is that of program T6 (Brunner, NPS thesis, 1988, App. C), optionally with the thesis's righting moment (`M_theta`). The controller is
-//! the depth controller with its default gains, which are the program's, and the program's sampling time of 0.05 s. The valves have their own
-//! clock. The simulation is compared with the harmonic balance of [`DepthLoop`]. `limit_cycles.json` lists the configurations, each with the
-//! results of an independent simulation of the same loop.
+//! The vehicle is taken from program T6 (Brunner, NPS thesis, 1988, App. C), optionally with the thesis' righting moment (`M_theta`). The controller
+//! is the depth controller with its default gains, which are the program's, and the program's sampling time of 0.05 s. The valves have their own
+//! clock. The simulation is compared with the harmonic balance of [`DepthLoop`]. `limit_cycles.json` lists the configurations, each with the results
+//! of an independent simulation of the same loop.
 
 use planesman_control::LimitError;
 use planesman_control::gains::PitchModel;
@@ -20,7 +20,7 @@ use crate::studies::watched::{Motion, Watched};
 
 /// Relative difference, and depth difference in inches, within which results count as equal.
 const SAME: (f64, f64) = (0.15, 0.002);
-/// First and last tick of the observation after a dive: those of the independent simulation.
+/// First and last tick of the observation after a dive, the same as in the independent simulation.
 const OBSERVED: (i64, i64) = (5_000, 10_000);
 /// Tick at which all transients have settled.
 const SETTLED: i64 = 2 * OBSERVED.1;
@@ -88,7 +88,7 @@ pub struct Case {
     pub expected: Option<Expected>,
 }
 
-/// Results of the independent simulation, in the units of the file; `None` if it has none.
+/// Results of the independent simulation, in the units of the file; `None` if the file has no results.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Expected {
@@ -281,7 +281,7 @@ impl Case {
         self.run_from(0.0)
     }
 
-    /// As [`Case::run`], with the ram initially at `ram`, m.
+    /// Like [`Case::run`], with the ram initially at `ram`, m.
     ///
     /// # Errors
     /// As for [`Case::run`].
@@ -320,7 +320,7 @@ impl Case {
         }
     }
 
-    /// Dives from several ram positions, in quanta, with their motions. An orbit found from one of them is tried for all.
+    /// Dives from several ram positions, in quanta, with their motions. An orbit found from one start is tried for all starts.
     ///
     /// # Errors
     /// As for [`Case::run`].
@@ -412,7 +412,7 @@ impl Loop {
         })
     }
 
-    /// The limit cycle predicted by harmonic balance, as in [`DepthLoop::predict`].
+    /// The limit cycle predicted by harmonic balance, the same as in [`DepthLoop::predict`].
     #[must_use]
     pub fn predict(
         &self,

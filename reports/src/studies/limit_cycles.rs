@@ -161,7 +161,7 @@ impl Row {
             .count()
     }
 
-    /// That number, and the motions from the other positions.
+    /// That number, and the motions from the other starts.
     fn starts(&self) -> String {
         let mut others: Vec<(&Motion, usize)> = Vec::new();
         for motion in self.elsewhere.iter().filter(|it| !self.motion.alike(it)) {

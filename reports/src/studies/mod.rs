@@ -1,6 +1,6 @@
 //! The digital hydraulic actuator in the loops of both reports: output of `planesman-reports bench`, `frequency` and `limit-cycles`.
 //!
-//! - [`mod@bench`], [`frequency`]: tables of the 1966 study, and its flight control under sinusoids, as text.
+//! - [`mod@bench`], [`frequency`]: tables of the 1966 study, and its flight control with sinusoidal inputs, as text.
 //! - [`depth_loop`], [`limit_cycles`]: the thesis's depth loop with the actuator, and its limit cycles.
 //! - [`orbit`]: periodic orbits by shooting; [`watched`]: kinds of motion of a loop; [`position_loop`]: the actuator alone.
 

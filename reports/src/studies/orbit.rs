@@ -1,7 +1,7 @@
 //! Periodic orbits of a loop with a digital hydraulic actuator, by shooting.
 //!
 //! Between two decisions of the pulse logic there is no feedback: the body moves while the actuator executes its commands. So for one cycle of m
-//! decisions, at t_1 to t_m, the final state x is a function F only of the initial state and of these instants, and each decision happens where the
+//! decisions, at t_1 to t_m, the final state x is a function F only of the initial state and of these instants; and each decision happens when the
 //! error e reaches its threshold:
 //!
 //! ```text
@@ -15,13 +15,13 @@
 //! Phi = F_x - F_t E_t^-1 E_x
 //! ```
 //! (di Bernardo et al., *Piecewise-smooth Dynamical Systems*, 2008, ch. 2.5: saltation; Astrom, *Oscillations in systems with relay feedback*,
-//! 1995.) One of them is 1, a shift along the orbit, and is left out. If a multiplier is below 1 in magnitude, a deviation decays from cycle to
-//! cycle; above 1 it grows; at 1 it stays, and the orbit is one of a continuum.
+//! 1995.) One multiplier is 1, a shift along the orbit, and is left out. If a multiplier's magnitude is below 1, a deviation decays from cycle to
+//! cycle; above 1 the deviation grows; at 1 it stays, and the orbit belongs to a continuum of orbits.
 //!
 //! **Sampling.** The loop's own decisions wait for its next sample; here the instants are real numbers with the mean delay of the samples
-//! ([`Lags`]). So each decision of the sampled loop is up to half a sample early or late, and its motion scatters about this orbit. It seldom
-//! repeats exactly: between samples the body moves freely, and its own multipliers (1 for the depth, above 1 for an unstable missile) let no
-//! deviation decay.
+//! ([`Lags`]). So each decision of the sampled loop is up to half a sample early or late, and its motion scatters about this orbit. The motion seldom
+//! repeats exactly: between samples the body moves freely, and its own multipliers (1 for the depth, above 1 for an unstable missile) prevent
+//! deviations from decaying.
 
 use std::f64::consts::TAU;
 
@@ -31,7 +31,7 @@ use planesman_hydraulics::{ActuatorSet, Command, Hydraulics, Options, Volume};
 use planesman_linear::poles::eigenvalues;
 use planesman_linear::{Complex, ComplexFunctions as _};
 
-/// Integration steps of the body per valve cycle in which the ram moves.
+/// Number of integration steps of the body per valve cycle in which the ram moves.
 const STEPS: u32 = 4;
 /// Valve cycles from the beginning of an orbit to its first decision: more than the lags.
 const AHEAD: i64 = 6;
@@ -99,7 +99,7 @@ pub struct Decision {
     pub time: f64,
     /// Command to the valves.
     pub command: Command,
-    /// Open loop: commanded angle less eps, rad, as accounted by the logic.
+    /// Open loop: commanded angle minus eps, rad, as counted by the logic.
     pub booked: f64,
 }
 
@@ -149,7 +149,7 @@ pub struct Orbit {
     pub period: f64,
     /// Decisions: time from the first, s, and command.
     pub decisions: Vec<(f64, Command)>,
-    /// Multipliers, largest first, without that of a shift along the orbit.
+    /// Multipliers, largest first, without the multiplier of a shift along the orbit.
     pub multipliers: Vec<Complex<f64>>,
     /// Samples of one period, four per valve cycle.
     pub samples: Vec<Sample>,
@@ -195,7 +195,7 @@ impl Orbit {
         self.angle.1 - self.angle.0
     }
 
-    /// Cycles per second, as in [`turns`].
+    /// Cycles per second, the same as in [`turns`].
     #[must_use]
     pub fn turns(&self) -> f64 {
         turned(self.decisions.iter().copied()) as f64 / self.period
@@ -416,7 +416,7 @@ impl Actuation {
         small.map_or(self.set.threshold, |small| small.threshold)
     }
 
-    /// The cycle from a decision up to the one before the last given, which begins the next cycle.
+    /// The cycle from a decision up to the decision before the last given one, which begins the next cycle.
     fn cycle<B: Body>(&self, decisions: &[Decision], before: &State<B>) -> Cycle<B> {
         let cycle = self.set.cycle();
         let first = decisions[0].time;
@@ -588,9 +588,9 @@ impl Actuation {
     /// ```text
     /// w' = w - x_t (e_x w)/e_t        x_t, e_t: speed of state and error, e_x w: change of the error
     /// ```
-    /// (saltation, as in [`Orbit::multipliers`]: along an orbit the growth is that of the largest multiplier). The mean is the largest Lyapunov exponent
-    /// of the loop with real-valued instants (Benettin et al., *Meccanica* 15, 1980). `None` if most decisions directly follow another one, at the
-    /// next sample.
+    /// (saltation, as in [`Orbit::multipliers`]: along an orbit the growth equals that of the largest multiplier). The mean is the largest Lyapunov
+    /// exponent of the loop with real-valued instants (Benettin et al., *Meccanica* 15, 1980). `None` if most decisions directly follow another one,
+    /// at the next sample.
     #[must_use]
     pub fn growth<B: Body>(
         &self,
@@ -664,7 +664,7 @@ impl Actuation {
         windows
     }
 
-    /// Residuals of the threshold equations; a decision directly after another one follows it whatever the error.
+    /// Residuals of the threshold equations; a decision directly after another one follows it regardless of the error.
     fn residuals<B>(&self, cycle: &Cycle<B>, flight: &Flight<B>, times: &[i64]) -> Vec<f64> {
         (0..times.len())
             .map(|i| {
@@ -868,8 +868,8 @@ fn least_norm(equations: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f
 /// Eigenvalues, largest first, of the map from one first decision to the next: derivatives of the end and of the errors with respect to the beginning
 /// (F_x, E_x) and to the instants (F_t, E_t), and the speed at the end.
 ///
-/// The first instant is fixed, so a deviation keeps its error there, e_1 = 0, now and a period later. That removes one dimension, whose eigenvalue of 0
-/// is left out.
+/// The first instant is fixed, so a deviation keeps its error there, e_1 = 0, now and a period later. That removes one dimension, whose eigenvalue of
+/// 0 is left out.
 fn multipliers(
     (f_x, f_t): (&DMatrix<f64>, &DMatrix<f64>),
     (e_x, e_t): (&DMatrix<f64>, &DMatrix<f64>),

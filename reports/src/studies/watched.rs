@@ -6,7 +6,7 @@ use planesman_hydraulics::{Command, Dha, Volume};
 use crate::studies::orbit::{self, Actuation, Body, Decision, Orbit, State, range};
 
 /// Relative differences in frequency and in the actuator's stroke within which a loop follows an orbit. In precision mode a stroke is at most three
-/// valve cycles of drift, of which sampling takes a part.
+/// valve cycles of drift, and sampling takes a part of this time.
 const FOLLOWED: (f64, f64) = (0.02, 0.05);
 /// Largest excess of the output's amplitude per period over the orbit's: SI, due to sampling alone, and relative.
 const WALK: (f64, f64) = (5e-5, 0.2);
@@ -129,8 +129,8 @@ impl<B: Body> Watched<B> {
         }
     }
 
-    /// Stores the decision, if any, made by the actuator since `before`; it is now at `nanos` with the command `asked`, rad, and shortly before the loop was
-    /// in `state`.
+    /// Stores the decision that the actuator has made since `before`, if there is one; the actuator is now at `nanos` with the command `asked`, rad,
+    /// and shortly before the loop was in `state`.
     pub(crate) fn take_decision(
         &mut self,
         dha: &Dha,

@@ -143,7 +143,7 @@ impl Plant {
         Self::of(VehicleModel::load(parameters)?, parameters)
     }
 
-    /// As [`Plant::new`], for a vehicle that has already been read.
+    /// Like [`Plant::new`], for a vehicle that has already been read.
     ///
     /// # Errors
     /// As [`Plant::new`].
@@ -237,20 +237,20 @@ impl Plant {
         sensors.limits(flags, environment)
     }
 
-    /// The state alone, as in [`Plant::observe`].
+    /// The state alone, the same as in [`Plant::observe`].
     #[must_use]
     pub fn state(&self, stamp: Time) -> VehicleState {
         self.state_message(&self.frames(stamp))
     }
 
-    /// The instruments alone, as in [`Plant::observe`].
+    /// The instruments alone, the same as in [`Plant::observe`].
     #[must_use]
     pub fn instruments(&mut self, stamp: Time) -> Instruments {
         let readings = self.readings();
         Instruments::new(&self.frames(stamp), &readings, &self.settings.sensors)
     }
 
-    /// One message for each topic of an enabled instrument, for the creation of publishers.
+    /// One message for each topic of an enabled instrument; used to create the publishers.
     #[must_use]
     pub fn instruments_that_are_on(&self) -> Instruments {
         Instruments::of_all_that_are_on(&self.settings.sensors)
@@ -319,7 +319,7 @@ impl Plant {
         inputs_of(motion, self.tick_nanos()).map(drop)
     }
 
-    /// Advances by one tick with the planes along `motion`. Without a motion the planes hold their angle, and the next state says so.
+    /// Advances by one tick with the planes along `motion`. Without a plane motion the planes hold their angle, and the next state reports this.
     ///
     /// # Errors
     /// If the motion does not fit the tick, or the vehicle's state diverges. The plant then stays unchanged.
@@ -410,7 +410,7 @@ impl Plant {
         }
     }
 
-    /// As [`Plant::advance`], along a motion meant for an earlier tick; the next state says so.
+    /// Like [`Plant::advance`], along a motion meant for an earlier tick; the next state reports this.
     ///
     /// # Errors
     /// As [`Plant::advance`].
@@ -420,7 +420,7 @@ impl Plant {
         Ok(())
     }
 
-    /// Returns to the initial state with neutral planes and restarts the noise; the present state says so.
+    /// Returns to the initial state with neutral planes and restarts the noise; the present state reports this.
     pub fn reset(&mut self) {
         self.take_next_settings();
         self.place = Place::of(self.settings.initial);
@@ -436,8 +436,8 @@ impl Plant {
         self.readings = None;
     }
 
-    /// The sensors' readings in the present tick. They are computed once in a tick, when they are requested; in a tick without a request
-    /// the noise does not advance.
+    /// The sensors' readings in the present tick. The readings are computed once in a tick, when they are requested; in a tick without a request the
+    /// noise does not advance.
     fn readings(&mut self) -> Readings {
         let (settings, memory) = (&self.settings, &mut self.memory);
         let time = self.ticks * settings.tick_nanos;

@@ -192,7 +192,7 @@ impl Equations {
         }
     }
 
-    /// As [`BodyMotion::advance`]; `wanted` are the thrusters' commands.
+    /// Like [`BodyMotion::advance`]; `wanted` are the thrusters' commands.
     pub(crate) fn advance(
         &self,
         from: &Place,

@@ -1,8 +1,8 @@
 //! URDF of the vehicle, and the frames of its moving parts.
 //!
-//! The links' frames are those of `/tf` without their prefix. The vehicle files contain no shape. The hull is a mesh of the ROS package,
-//! scaled to the reference length and to the volume of the vehicle's buoyancy. The collision shape of every link is a primitive, for
-//! viewers without the package.
+//! The links have the frames of `/tf`, without the frame prefix. The vehicle files contain no shape. The hull is a mesh of the ROS package, scaled to
+//! the reference length and to the volume of the vehicle's buoyancy. The collision shape of every link is a primitive, for viewers without the
+//! package.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -25,13 +25,13 @@ const WATER: f64 = 9810.0;
 pub(crate) struct Part {
     /// Its frame.
     pub link: &'static str,
-    /// Name of its joint, as in `sensor_msgs/JointState` on `planes`.
+    /// Name of the plane's joint, as in `sensor_msgs/JointState` on `planes`.
     pub joint: &'static str,
     /// Position at neutral planes, from the body's origin: forward, left, up \[m\].
     pub origin: [f64; 3],
     /// Planes that move it.
     pub driver: Driver,
-    /// Its motion for a positive angle.
+    /// Direction of motion for a positive angle.
     pub motion: Motion,
 }
 
@@ -53,7 +53,7 @@ pub(crate) enum Driver {
 pub(crate) enum Motion {
     /// Rotation about y: 1 leading edge down, -1 up.
     Turn(f64),
-    /// Rotation about z: 1 leading edge to port, as a rudder to starboard.
+    /// Rotation about z: 1 moves the leading edge to port, like a rudder to starboard.
     Swing(f64),
     /// Translation forward, m/rad.
     Slide(f64),
@@ -273,7 +273,7 @@ fn lengthwise(length: f64, radius: f64) -> String {
     format!("<origin rpy=\"0 {FRAC_PI_2} 0\"/><geometry>{shape}</geometry>")
 }
 
-/// A link of one shape, and the joint, of a given name and type, between it and the body.
+/// A link with one shape; and the joint between the link and the body, with this name and type.
 fn jointed(
     link: &str,
     (joint, kind): (&str, &str),

@@ -79,8 +79,8 @@ impl Frames<'_> {
         }
     }
 
-    /// The fixed transforms between frames with z up and those with z down: half a turn about x. With `map_to_odom` also from REP 105's
-    /// `map` to `odom`, which coincide. Also the frames of the thrusters, and of instruments with a frame of their own.
+    /// The fixed transforms between frames with z up and frames with z down: half a turn about x. With `map_to_odom` also from REP 105's `map` to
+    /// `odom`, which coincide. Also the frames of the thrusters, and of instruments with a frame of their own.
     pub(crate) fn fixed_transforms(
         &self,
         map_to_odom: bool,
@@ -212,7 +212,7 @@ impl Instruments {
         self.navigation.put_into(stamp, sink)
     }
 
-    /// One message of each topic of an enabled instrument, for the creation of publishers.
+    /// One message for each topic of an enabled instrument; used to create the publishers.
     pub(crate) fn of_all_that_are_on(sensors: &Sensors) -> Self {
         Self {
             navigation: NavigationMessages::of_all_that_are_on(&sensors.navigation),

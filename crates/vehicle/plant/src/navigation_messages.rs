@@ -30,9 +30,9 @@ const UNKNOWN: f64 = 1e6;
 pub struct NavigationMessages {
     /// Velocity over ground of the Doppler log, with bottom lock.
     pub dvl: Option<TwistWithCovarianceStamped>,
-    /// Its velocity through the water, without bottom lock.
+    /// The vehicle's velocity through the water, without bottom lock.
     pub dvl_water: Option<TwistWithCovarianceStamped>,
-    /// Its distance to the bottom, with bottom lock.
+    /// The vehicle's distance to the bottom, with bottom lock.
     pub altitude: Option<Range>,
     /// Earth's field and the vehicle's own field.
     pub magnetic_field: Option<MagneticField>,
@@ -43,7 +43,7 @@ pub struct NavigationMessages {
 }
 
 impl NavigationMessages {
-    /// One message of each topic of an enabled instrument.
+    /// One message for each topic of an enabled instrument.
     pub(crate) fn of_all_that_are_on(navigation: &Navigation) -> Self {
         fn on<M: Default>(rate: f64) -> Option<M> {
             (rate > 0.0).then(M::default)
@@ -187,7 +187,7 @@ impl Frames<'_> {
     }
 }
 
-/// A standard deviation that a filter accepts; for a true value the one of `odom`.
+/// A standard deviation that a filter accepts; for a true value, the standard deviation of `odom`.
 pub(crate) fn known(deviation: f64) -> f64 {
     deviation.max(TRUTH.sqrt())
 }

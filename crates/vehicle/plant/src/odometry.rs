@@ -1,8 +1,8 @@
 //! The state in ROS frames.
 //!
 //! In the models: depth down, pitch bow up, yaw to starboard, frames forward, right, down. ROS (REP 103, REP 105): `odom` with x forward
-//! along the initial heading, y left and z up, its origin at the surface; `base_link` forward, left, up. The two differ by half a turn
-//! about x, so y and z of every vector change their sign, also those of the quaternion:
+//! along the initial heading, y left and z up, its origin at the surface; `base_link` forward, left, up. The two frames differ by half a turn about
+//! x, so y and z of every vector change their sign, also in the quaternion:
 //!
 //! ```text
 //! position (x, -y, -z)     orientation (q_x, -q_y, -q_z, q_w)

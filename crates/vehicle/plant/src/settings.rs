@@ -23,7 +23,7 @@ pub(crate) struct Settings {
     pub(crate) seaway: Option<(Seaway, ShapingFilter)>,
     pub(crate) sensors: Sensors,
     pub(crate) initial: Body,
-    /// The drag `N |q| q`, if pitch damping uses a straight line instead of it.
+    /// The drag `N |q| q`, if pitch damping uses a straight line instead of this drag.
     pub(crate) drag: Option<Drag>,
     pub(crate) seed: u64,
     pub(crate) tick_nanos: i64,
@@ -221,7 +221,7 @@ impl Supply {
             .most_kinetic_energy(self.force, self.moment)
     }
 
-    /// Whether its bound is not above that of another; the energy grows with force and moment.
+    /// Whether this state's bound is not above that of another; the energy grows with force and moment.
     pub(crate) fn is_within(&self, other: &Self) -> bool {
         self.force <= other.force
             && self.moment <= other.moment

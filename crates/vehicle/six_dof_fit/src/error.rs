@@ -34,7 +34,7 @@ pub enum SixDofError {
     #[error(
         "no signals of the motion were found ({}): name the signals, {}; planesman sysid topics lists them", .0, setting("signal", "u=SIGNAL"))]
     NoMotion(String),
-    /// Several topics have odometry, and none is called odom.
+    /// Several topics have odometry, and no topic is called odom.
     #[error(
         "several topics have odometry ({}): name the signals, {}", .0, setting("signal", "u=TOPIC:twist.twist.linear.x"))]
     Odometry(String),

@@ -1,8 +1,8 @@
 //! Proposes the next run: manoeuvres are simulated with the fitted vehicle, and the information that each would add is computed.
 //!
-//! A separate run has its own current and initial state; numbers and biases are the same. With the information H of the data and that of a
-//! manoeuvre, both after elimination of the unknowns that are not common, the resulting covariance is `(H + H_m + 1/prior^2)^-1`: Goodwin
-//! and Payne, *Dynamic System Identification: Experiment Design and Data Analysis* (1977), ch. 6.
+//! A separate run has its own current and initial state; numbers and biases are the same. With the information H of the data and H_m of a manoeuvre,
+//! both after elimination of the unknowns that are not common, the resulting covariance is `(H + H_m + 1/prior^2)^-1`: Goodwin and Payne, *Dynamic
+//! System Identification: Experiment Design and Data Analysis* (1977), ch. 6.
 
 use nalgebra::{DMatrix, DVector};
 use planesman_equations::{Run, Track};
@@ -37,7 +37,7 @@ pub struct Expected {
     pub before: f64,
     /// With the manoeuvre.
     pub after: f64,
-    /// The manoeuvre as text; `None` if none of the library shortens the interval by a fifth.
+    /// The manoeuvre as text; `None` if no manoeuvre of the library shortens the interval by 20 % or more.
     pub manoeuvre: Option<String>,
 }
 
@@ -46,7 +46,7 @@ pub struct Expected {
 pub struct NextRun {
     /// In words.
     pub manoeuvre: String,
-    /// The largest intervals before and after it, each with its number, among those that some manoeuvre shortens.
+    /// The largest intervals before and after the manoeuvre, each with the name of its number, among the intervals that some manoeuvre shortens.
     pub largest: [(String, f64); 2],
     /// Change of depth, upwards and downwards \[m\], positive down.
     pub depths: [f64; 2],
@@ -57,7 +57,7 @@ pub struct NextRun {
 /// A manoeuvre of the library: its text, and its steps with constant inputs.
 type Manoeuvre = (String, Vec<(f64, Vec<f64>)>);
 
-/// A shape: its name, and its level, -1 to 1, as a function of the seconds since its beginning.
+/// A shape of the input: its name, and its value, -1 to 1, as a function of the seconds since its beginning.
 type Shape = (&'static str, fn(f64) -> f64);
 
 const SHAPES: [Shape; 5] = [

@@ -24,15 +24,15 @@ const SAMPLES: usize = 5000;
 const EXPLAINED: f64 = 0.5;
 /// Ratios in this range agree.
 const AGREES: std::ops::Range<f64> = 0.7..1.4;
-/// A ratio this near, relatively, to that of degrees and radians counts as it.
+/// A ratio this close, relatively, to the ratio of degrees and radians counts as equal to that ratio.
 const NEAR: f64 = 0.2;
 
 /// A pose that does not agree with its velocities.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Contradiction {
-    /// The pose, one of [`SIGNALS`].
+    /// The name of the pose signal, one of [`SIGNALS`].
     pub signal: &'static str,
-    /// Its increments over those computed from the velocities.
+    /// The signal's increments divided by the increments computed from the velocities.
     pub ratio: f64,
 }
 

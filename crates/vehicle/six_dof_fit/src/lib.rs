@@ -39,7 +39,7 @@ const WINDOWS: f64 = 60.0;
 pub struct SixDofOptions {
     /// The recording, with the windows used and the definition of a gap.
     pub data: FitOptions,
-    /// `NAME=SIGNAL`, with the name of one of the vehicle's inputs or of [`SIGNALS`].
+    /// `NAME=SIGNAL`, where the name is that of an input of the vehicle or one of [`SIGNALS`].
     pub signals: Vec<String>,
     /// The initial vehicle: a built-in one or a file.
     pub like: String,
@@ -51,7 +51,7 @@ pub struct SixDofOptions {
     pub free: Vec<String>,
     /// The relative prior standard deviation of each number.
     pub prior: f64,
-    /// A number is determined if half its 95 % interval is at most this share of it.
+    /// A number is determined if half of its 95 % interval is at most this share of its value.
     pub bound: f64,
     /// Signals with a constant error to be estimated.
     pub bias: Vec<String>,
@@ -85,7 +85,7 @@ pub struct Estimated {
     pub value: f64,
     /// Half of its 95 % interval.
     pub interval: f64,
-    /// Its value in the initial vehicle; 0 for a bias and a current.
+    /// The number's value in the initial vehicle; 0 for a bias and a current.
     pub like: f64,
 }
 
@@ -132,7 +132,7 @@ pub struct SixDofResult {
     pub correlated: Vec<(String, String, f64)>,
     /// Poses that contradict the recorded velocities.
     pub contradictions: Vec<Contradiction>,
-    /// `None` if one of the vehicles diverges there, or too little time is left.
+    /// `None` if one of the vehicles diverges there, or too little data is left.
     pub held_out: Option<HeldOut>,
     /// The numbers that the data does not determine.
     pub undetermined: Vec<Expected>,
@@ -160,12 +160,12 @@ const SMALL: f64 = 1e-3;
 pub enum SixDofVerdict {
     /// The recording contradicts itself.
     Contradictory,
-    /// It predicts held-out data no better than the initial vehicle: the ratio of their errors.
+    /// The fitted vehicle predicts held-out data no better than the initial vehicle: the ratio of their errors.
     Worse {
         /// Errors of the fitted vehicle over the initial one's, geometric mean over the signals.
         ratio: f64,
     },
-    /// There is no data to validate it on.
+    /// No data was held out for validation.
     NotValidated,
     /// Some numbers are not determined.
     NotDetermined {
@@ -174,12 +174,12 @@ pub enum SixDofVerdict {
         /// The total of estimated numbers.
         of: usize,
     },
-    /// It predicts, and each number is determined.
+    /// The fitted vehicle predicts well, and each number is determined.
     Good,
 }
 
 impl SixDofVerdict {
-    /// What the vehicle may be used for.
+    /// The permitted use of the vehicle.
     #[must_use]
     pub const fn standing(&self) -> Standing {
         match self {
@@ -454,8 +454,8 @@ fn windows(runs: &[Run], channels: &[usize], longest: f64, share: Range<f64>) ->
     runs.iter().flat_map(of).collect()
 }
 
-/// Errors on the rest of the data, with numbers fitted to the first seven tenths and with those of the initial vehicle; for both, current
-/// and biases are fitted to the first part.
+/// Errors on the rest of the data: with numbers fitted to the first 70 %, and with the numbers of the initial vehicle. In both cases, current and
+/// biases are fitted to the first part.
 fn held_out(
     problem: &Problem<'_>,
     (first, rest): (&[Window], &[Window]),

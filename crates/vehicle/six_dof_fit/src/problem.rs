@@ -61,7 +61,7 @@ const INITIAL: usize = 12;
 pub(super) struct Window {
     /// The steps' lengths \[s\] and the constant inputs.
     pub(super) steps: Vec<(f64, Vec<f64>)>,
-    /// For each sample the number of steps before it, its signal, and its value.
+    /// For each sample: the number of steps before it, its signal, and its value.
     pub(super) samples: Vec<(usize, usize, f64)>,
     /// The initial guess of the initial state.
     pub(super) start: [f64; INITIAL],
@@ -376,7 +376,8 @@ impl Problem<'_> {
         Some((information, all))
     }
 
-    /// The covariance of the globals at a minimum, for residuals of any colour of each signal, and the data's information about them.
+    /// The covariance of the global unknowns at a minimum, for residuals of any colour of each signal; and the data's information about these
+    /// unknowns.
     pub(super) fn covariance(
         &self,
         windows: &[Window],
@@ -414,10 +415,10 @@ impl Problem<'_> {
     }
 }
 
-/// The smallest noise, in any unit, since the data may have none.
+/// The smallest noise, in any unit, because the data may have no noise.
 const LEAST_NOISE: f64 = 1e-6;
 
-/// A first estimate of the noise, from second differences, in which white noise is sqrt(6) times as large.
+/// A first estimate of the noise, from second differences; they multiply white noise by sqrt(6).
 fn first_noise(windows: &[Window]) -> [f64; INITIAL] {
     std::array::from_fn(|channel| {
         let (mut squares, mut count) = (0.0, 0.0);

@@ -104,7 +104,7 @@ pub(super) fn read(
     Ok((data, channels))
 }
 
-/// The topic of odometry: the only one, or the one named odom; `None` if the recording has none.
+/// The topic of odometry: the only such topic, or the topic named odom; `None` if the recording has no odometry.
 fn odometry(of: &Survey) -> Result<Option<&str>, SixDofError> {
     let all = of.topics.iter().filter(|it| it.type_name == ODOMETRY);
     let all: Vec<&str> = all.map(|it| it.name.as_str()).collect();
@@ -127,7 +127,7 @@ fn column(of: &Survey, name: &str) -> Option<String> {
     columns.find(|it| is_it(&it.path)).map(|it| it.path.clone())
 }
 
-/// The field of a topic with an input's name and one number, as in std_msgs/Float64.
+/// The field of a topic that has an input's name and a single number, such as std_msgs/Float64.
 fn topic(of: &Survey, name: &str) -> Option<String> {
     let topic = of
         .topics

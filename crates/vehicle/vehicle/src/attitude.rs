@@ -34,7 +34,7 @@ impl Angle {
     }
 
     /// The angle changed to `radians`; unchanged if it is the same. For a small change the addition theorems are used, with sine and cosine
-    /// of the change by their series. This is much faster than new ones and has the same rounding.
+    /// of the change by their series. This is much faster than computing new sines and cosines, and has the same rounding.
     #[inline]
     #[must_use]
     pub fn turned_to(self, radians: f64) -> Self {

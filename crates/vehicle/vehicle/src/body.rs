@@ -7,7 +7,7 @@
 //! position' = Rz(yaw) Ry(pitch) Rx(roll) (U, 0, w) + current
 //! ```
 //!
-//! As in the report (ch. II), the axes are coupled only through the speed and the direction of motion that the attitude gives. There is no
+//! The axes are coupled only through the speed and the direction of motion that the attitude gives, the same as in the report (ch. II). There is no
 //! sideslip, no roll in a turn and no drag due to turning. `tick` integrates.
 //!
 //! With everything off (held speed, no roll, rudder, current, bottom, waves or tether) the result is the vertical plane alone.
@@ -115,7 +115,7 @@ pub struct Inputs<'a> {
     pub thrust: PlanePath<'a>,
 }
 
-/// Positions of the actuators at one time, as in [`Inputs`].
+/// Positions of the actuators at one time, in the form of [`Inputs`].
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Positions {
     pub(crate) dive_planes: f64,
@@ -187,7 +187,7 @@ pub struct BodyMotion {
     pub roll: Option<Axis>,
     /// Yaw axis; `None`: yaw stays constant.
     pub yaw: Option<Axis>,
-    /// Thrust and drag; `None`: the speed is held at that of the vertical plane.
+    /// Thrust and drag; `None` if the speed is held at the value for the vertical plane.
     pub drive: Option<Drive>,
     /// Velocity of the water \[m/s\]: forward, right, down in the fixed frame.
     pub current: [f64; 3],

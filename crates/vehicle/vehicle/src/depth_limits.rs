@@ -1,9 +1,8 @@
 //! Surface and bottom: limits of the depth, and the first contact.
 //!
-//! A vehicle at a limit keeps its other motion. Its depth stays at the limit from the contact on, until its depth rate points away from the
-//! limit. Within a step the depth is the cubic through depths and rates at both ends. So short contacts are found, and the depth after
-//! leaving the limit is right, also in long steps. (The tether's drag grows with the depth; within such a step it uses the depth without
-//! the limit.)
+//! A vehicle at a limit keeps its other motion. After the contact, the depth stays at the limit until the depth rate points away from the limit.
+//! Within a step the depth is the cubic through depths and rates at both ends. So short contacts are found, and the depth after leaving the limit is
+//! correct, also in long steps. (The tether's drag grows with the depth; within such a step it uses the depth without the limit.)
 //!
 //! The limits apply to the body's origin. The vehicle keeps its pitch and body velocities: there is no impact, no friction, no broaching.
 //! During contact only depth and the accelerometers are valid; the accelerometers use the actual motion of the origin.
@@ -125,7 +124,7 @@ impl Cubic {
         c0 + s * (c1 + s * (c2 + s * c3))
     }
 
-    /// Its extrema in order; 0 for those outside the step.
+    /// Extrema of the depth in order; 0 for extrema outside the step.
     fn turning_points(&self) -> [f64; 2] {
         let [_, c, b, a] = self.c;
         // 3 a s^2 + 2 b s + c = 0, by the form that keeps its digits when a is small.

@@ -10,14 +10,14 @@
 //! x'     = U cos(theta) + w sin(theta)
 //! ```
 //!
-//! The linear terms, and `M_qq` of one variant (`variant`), are those of Brunner 1988, p. 34 and programs T2 to T5 (App. A), in SI units
-//! and real seconds. Cross-flow drag (`|w|`, `|q|`), the inertias that couple heave with pitch, and an origin at a height `z_G` above the
-//! centre of gravity are from Prestero 2001 (the REMUS vehicle, ch. 4); other vehicles have zeros there. Of Prestero's six equations only
-//! the vertical plane is used. The surge due to pitch about a point other than the centre of gravity (`m z_G u'`) is omitted.
+//! The linear terms, and `M_qq` of one variant (`variant`), are taken from Brunner 1988, p. 34 and programs T2 to T5 (App. A), in SI units and real
+//! seconds. Cross-flow drag (`|w|`, `|q|`), the inertias that couple heave with pitch, and an origin at a height `z_G` above the centre of gravity
+//! are from Prestero 2001 (the REMUS vehicle, ch. 4); other vehicles have zeros there. Of Prestero's six equations only the vertical plane is used.
+//! The surge due to pitch about a point other than the centre of gravity (`m z_G u'`) is omitted.
 //!
-//! The programs use `theta` for `sin(theta)` (p. 46); [`Restoring`] selects the form. They also include the offsets of the centre of
-//! gravity in the track; here the track is that of the body's origin. The forward speed `U` through the water is given, not computed
-//! (`propulsion` can compute it).
+//! The programs use `theta` for `sin(theta)` (p. 46); [`Restoring`] selects the form. The programs also include the offsets of the centre of gravity
+//! in the track; here the track is that of the body's origin. The forward speed `U` through the water is given, not computed (`propulsion` can
+//! compute it).
 
 use crate::{attitude::Angle, vehicle::Derivatives};
 
@@ -116,7 +116,7 @@ pub struct Slopes {
     pub pitch: Slope,
 }
 
-/// Slopes of one force or moment.
+/// Derivatives of one force or moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slope {
     /// Slope with respect to heave velocity, per m/s.

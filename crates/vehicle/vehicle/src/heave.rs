@@ -23,8 +23,8 @@ pub enum HeaveError {
     },
 }
 
-/// nu, zeta, eta and epsilon of a built-in vehicle or a vehicle file about level flight at a speed, m/s: pitch acceleration per heave, 1/(m
-/// s); damping of heave, 1/s; heave acceleration per pitch rate, m/s, and per plane angle, m/s^2 per rad.
+/// nu, zeta, eta and epsilon of a built-in vehicle or a vehicle file in level flight at a speed, m/s: pitch acceleration per heave, 1/(m s); damping
+/// of heave, 1/s; heave acceleration per pitch rate, m/s, and per plane angle, m/s^2 per rad.
 ///
 /// # Errors
 /// If the vehicle is refused, or its numbers overflow.

@@ -1,8 +1,8 @@
-//! Linear models of the vehicle about level flight at a constant speed.
+//! Linear models of the vehicle for small deviations from level flight at a constant speed.
 //!
-//! The states are `(w, q, theta, z)`, the input is the plane angle `delta`, the outputs are `(q, theta, z, w)`. The equations are those of
-//! `dynamics`, with the slopes of the forces ([`Derivatives::slopes`]) in level flight (`trim`). A neutral vehicle flies level on an even
-//! keel. Without coupling of the inertias the model is then
+//! The states are `(w, q, theta, z)`, the input is the plane angle `delta`, the outputs are `(q, theta, z, w)`. The equations come from `dynamics`,
+//! with the derivatives of the forces ([`Derivatives::slopes`]) in level flight (`trim`). A neutral vehicle flies level on an even keel. Without
+//! coupling of the inertias the model is then
 //!
 //! ```text
 //! w'     = (Z_w w + (Z_q + m U) q + Z_delta delta) / (m - Z_wdot)
@@ -12,7 +12,7 @@
 //! ```
 //!
 //! A vehicle lighter than its displaced water flies level at a small angle to its path. All variables are then deviations from level
-//! flight. If no level flight exists, the slopes on an even keel are used.
+//! flight. If no level flight exists, the derivatives on an even keel are used.
 //!
 //! Brunner 1988 gives such models in eq. (7) and Table 8, but prints `z' = w + U theta`, and samples every 0.05 of the time unit `L / U`
 //! instead of every 0.05 s. Both are corrected here.
@@ -39,7 +39,7 @@ planesman_text::choices! {
 }
 
 impl Output {
-    /// Unit of the gain: that of the output per radian of plane angle.
+    /// Unit of the gain: the unit of the output per radian of plane angle.
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {

@@ -107,10 +107,10 @@ impl<'a> PlanePath<'a> {
 
     /// Angles \[rad\] over a step from `start` \[s\] with length `h` \[s\], at shares of the step.
     ///
-    /// On a straight part of the path they are its own angles. Across corners they are those of the cubic with the same moments over the
-    /// step, the integrals of `delta t^n` with `n` up to 3. An angle enters the accelerations linearly, so these moments determine the
-    /// state at the step's end, except for the product of four of the vehicle's rates. The step therefore need not end at a corner. For a
-    /// step of zero length they are the angle at its start.
+    /// On a straight part of the path they are its own angles. Across corners, these values come from the cubic with the same moments over the step:
+    /// the integrals of `delta t^n` with `n` up to 3. An angle enters the accelerations linearly, so these moments determine the state at the step's
+    /// end, except for the product of four of the vehicle's rates. The step therefore need not end at a corner. For a step of zero length they are
+    /// the angle at its start.
     pub(crate) fn over<const N: usize>(&self, start: f64, h: f64, shares: &[f64; N]) -> [f64; N] {
         let first = self.at(start);
         let last = self.samples.len() - 1;

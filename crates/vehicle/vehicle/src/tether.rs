@@ -1,13 +1,13 @@
 //! The tether: a line from the surface that is drawn through the water.
 //!
 //! The report names its drag as a possible cause where runs and model disagree, but gives no numbers. The model is a straight vertical line
-//! of diameter `d` from a float that follows the vehicle; its length is the vehicle's depth. Both ends share the water's drag on it:
+//! of diameter `d` from a float that follows the vehicle; its length is the vehicle's depth. Both ends of the tether share the drag of the water:
 //!
 //! ```text
 //! F = (rho C_D d z / 2) U^2 / 2           M = h F
 //! ```
 //!
-//! The force on the vehicle acts backwards at the height `h` above the body's origin, so it turns the bow up. Its weight in water is zero;
+//! The force on the vehicle acts backwards at the height `h` above the body's origin, so it turns the bow up. The tether's weight in water is zero;
 //! the effect of pitch on the direction of `F` in body axes is neglected.
 
 /// A tether, in SI units.

@@ -201,7 +201,7 @@ impl<'a> Tick<'a> {
         Ok((body(&y), contact))
     }
 
-    /// As [`BodyMotion::acceleration`], at the start of the tick.
+    /// Like [`BodyMotion::acceleration`], at the start of the tick.
     pub(crate) fn acceleration(&self, body: &Body) -> Acceleration {
         let rotation = body.attitude().rotation();
         let [inputs] = self.inputs.over(0.0, 0.0, &[0.0]);

@@ -1,4 +1,4 @@
-//! Transfer functions of a vehicle about level flight, in s and behind a zero-order hold.
+//! Transfer functions of a vehicle in level flight, in s and with a zero-order hold.
 
 use std::ops::RangeInclusive;
 

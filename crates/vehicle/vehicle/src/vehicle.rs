@@ -1,7 +1,7 @@
 //! A vehicle: particulars, nondimensional coefficients, and derivatives at a speed.
 //!
 //! Coefficients are nondimensional as in Brunner 1988 (Table 1, p. 41), with the reference length `L` and the reference mass
-//! `m0 = rho L^2 T / 2` (Table 2). Their dimensional values at the speed `U` follow from the factors
+//! `m0 = rho L^2 T / 2` (Table 2). The dimensional values at the speed `U` follow from the factors
 //!
 //! ```text
 //! Z_wdot  m0        Z_w  m0 U / L    Z_q  m0 U      Z_delta  m0 U^2 / L
@@ -195,7 +195,7 @@ pub struct Derivatives {
     pub z_qq: f64,
     /// `M_ww` \[kg\].
     pub m_ww: f64,
-    /// `M_qq` \[kg m^2\]: damping by the square of the pitch rate. It is 0 for the report's coefficients, but not for every
+    /// `M_qq` \[kg m^2\]: damping by the square of the pitch rate. `M_qq` is 0 for the report's coefficients, but not for every
     /// [`Variant`](crate::Variant).
     pub m_qq: f64,
     /// `m z_G` \[kg m\].

@@ -51,7 +51,7 @@ pub struct Plant {
 }
 
 impl Default for Plant {
-    /// As in the program.
+    /// The same as in the program.
     fn default() -> Self {
         Self {
             axis: AXIS,

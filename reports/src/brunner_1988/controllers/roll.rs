@@ -20,7 +20,7 @@ pub const AXIS: DampedInertia = DampedInertia {
 /// `Me` used by the report for roll, ft lbf/rad (Fig. 20).
 pub const RESTORING: f64 = 0.1;
 
-/// `Me = W BG` for 19.6 lbf and 0.1 in, as in pitch, with five digits, ft lbf/rad.
+/// `Me = W BG` for 19.6 lbf and 0.1 in, the same as in pitch, with five digits, ft lbf/rad.
 pub const WEIGHT_RESTORING: f64 = 0.163_33;
 
 /// The report's gains `Kpx = 10`, `Kdx = 10` s.

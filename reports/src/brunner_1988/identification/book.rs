@@ -58,7 +58,7 @@ pub fn recomputed() -> Vec<(&'static str, f64)> {
 }
 
 /// The model of a run (such as `7/3`) in Table 9: `qd2`, `qd3`, `zq2`, `zq4` or `zd4`; `None` if not printed. A misprinted coefficient is replaced by
-/// the one that the printed roots imply.
+/// the value that the printed roots imply.
 #[must_use]
 pub fn table_9(run: &str, model: &str) -> Option<Model> {
     let book = BOOK.as_ref()?;
@@ -165,7 +165,7 @@ impl<'b> Row<'b> {
         }
     }
 
-    /// As `value`, for `a1`, `a1_corrected`, `root1.re`, `s1.im`, `zero1.re` and so on.
+    /// Like `value`, for `a1`, `a1_corrected`, `root1.re`, `s1.im`, `zero1.re` and so on.
     fn numbered_value(&self, model: &Model, quantity: &str) -> Option<f64> {
         let (numbered, part) = quantity.split_once('.').unwrap_or((quantity, ""));
         let numbered = numbered.strip_suffix("_corrected").unwrap_or(numbered);

@@ -83,7 +83,7 @@ pub struct Prepared {
 /// Step 3: orders of numerator and denominator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Orders {
-    /// Degree of the numerator, below that of the denominator.
+    /// Degree of the numerator, which is lower than that of the denominator.
     pub numerator: usize,
     /// Degree of the denominator: the model order.
     pub denominator: usize,
@@ -234,7 +234,7 @@ pub fn pitch_rate(run: Run) -> Vec<f64> {
 }
 
 /// The run's depth signal, V above its initial value: the pitch rate integrated twice at the run's speed (Table 8, second order), with noise of the
-/// gyro's level.
+/// same level as the gyro's.
 #[must_use]
 pub fn depth(run: Run) -> Vec<f64> {
     let gain = 0.005_382_5 * run.speed();

@@ -249,7 +249,7 @@ fn range(values: &[f64]) -> String {
     format!("{least:.3} to {most:.3} V")
 }
 
-/// Fit and error of a comparison, as text.
+/// Fit and error of a comparison, as a text.
 pub(super) fn nearness(comparison: &Comparison) -> String {
     match comparison.fit {
         Some(fit) => format!("fit {fit:.1} %, rms error {:.4} V", comparison.rms),
@@ -276,7 +276,7 @@ fn conclusion(found: &[(Orders, Comparison)]) -> Option<String> {
     })
 }
 
-/// A model with its roots and its steady-state gain, as text.
+/// A model with its roots and its steady-state gain, as a text.
 fn described(model: &Model) -> String {
     let stable = model
         .poles()
@@ -294,7 +294,7 @@ fn described(model: &Model) -> String {
     )
 }
 
-/// Roots of a model's characteristic equation; of a pair the one with positive imaginary part.
+/// Roots of a model's characteristic equation; of a complex pair, the root with positive imaginary part.
 pub(super) fn roots(model: &Model) -> String {
     let roots: Vec<String> = model
         .poles()

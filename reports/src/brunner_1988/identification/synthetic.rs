@@ -1,9 +1,9 @@
-//! Five synthetic runs that replace the thesis's lost records: third-order plants from dive planes to pitch rate at the runs' three speeds, with
-//! inputs shaped like those of runs 7/3 to 9/2 (Brunner, NPS thesis, 1988, pp. 99-101), volts to volts, 20 Hz.
+//! Five synthetic runs that replace the thesis' lost records: third-order plants from dive planes to pitch rate at the runs' three speeds. The inputs
+//! are shaped like those of runs 7/3 to 9/2 (Brunner, NPS thesis, 1988, pp. 99-101), volts to volts, 20 Hz.
 //!
-//! The plants have the structure of Table 8's third-order model, including a zero at z = 1, in consistent units. They are defined by decimals, so
-//! that any program can compute identical numbers. Noise is that of [`planesman_identification::noise`], scaled. Durations and noise level are
-//! assumed, since the thesis does not state them.
+//! The plants have the structure of Table 8's third-order model, including a zero at z = 1, in consistent units. The runs are defined by decimal
+//! numbers, so that any program can compute identical numbers. The noise is that of [`planesman_identification::noise`], scaled. Durations and noise
+//! level are assumed, since the thesis does not state them.
 
 use planesman_identification::estimators::UNKNOWNS;
 use planesman_identification::estimators::vehicle::{Heave, Vehicle};

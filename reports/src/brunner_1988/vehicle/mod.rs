@@ -1,6 +1,6 @@
 //! Recomputed numbers of the vehicle and its instruments.
 //!
-//! `data/brunner_1988/vehicle.json` contains the printed numbers with their pages. Each module recomputes some families of them with the vehicle's
+//! `data/brunner_1988/vehicle.json` contains the printed numbers with their pages. Each module recomputes some families of numbers with the vehicle's
 //! models.
 
 mod coefficients;

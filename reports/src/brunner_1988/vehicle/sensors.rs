@@ -24,8 +24,8 @@ const BENCH_FULL_SCALE: f64 = 39.0;
 /// Full scale of the speed cell \[in of water\] (p. 75).
 const SPEED_FULL_SCALE: f64 = 0.8;
 
-/// Recomputable numbers of the families gyro, press, plane, daq and tank; rollplane and tx have none. [`carried`] has the printed numbers used as
-/// model constants.
+/// Recomputable numbers of the families gyro, press, plane, daq and tank; the families rollplane and tx have no such numbers. [`carried`] has the
+/// printed numbers used as model constants.
 #[must_use]
 pub(super) fn recomputed() -> Recomputed {
     [gyros(), pressure_cells(), planes(), acquisition()].concat()

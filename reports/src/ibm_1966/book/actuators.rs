@@ -1,4 +1,4 @@
-//! Numbers of Tables 3-1 and 4-1, and those that follow from them by algebra.
+//! Numbers of Tables 3-1 and 4-1, and numbers that follow from them by algebra.
 
 use crate::book::Recomputed;
 use crate::ibm_1966::autopilot::{COMPENSATION, PULSE};

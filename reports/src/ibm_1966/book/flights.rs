@@ -47,7 +47,7 @@ pub(super) fn recomputed() -> Result<Recomputed, ActuatorFileError> {
     Ok(all)
 }
 
-/// Rows of a table. Those of the default surrogate are compared with the printed ones.
+/// Rows of a table. Flights of the default surrogate are compared with the printed ones.
 fn table(surrogate: Surrogate, name: &str, rows: &[Row], base: &Case) -> Recomputed {
     let family = match (surrogate, name) {
         (Surrogate::Ps2, "T2-1" | "T3-2" | "T4-2") => name.to_owned(),

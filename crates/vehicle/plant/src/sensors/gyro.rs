@@ -8,8 +8,8 @@
 //! error of the reference voltage, `bias` and `drift` \[V\] are the zero's, and `n` is normal with mean 0 and variance 1.
 //!
 //! Source: Brunner 1988, ch. IV.B (pp. 70-75) and p. 90. The report gives two calibrations. The preliminary calibration was made on a
-//! milling machine's handwheel, with an amplifier (the mixer) that was removed later. It is printed for both directions and two reference
-//! voltages (Figs. 29-34). The final calibration, from the strip chart of the swing test, gives only pitch and roll (p. 75). The final
+//! milling machine's handwheel, with an amplifier (the mixer) that was removed later. The calibration is printed for both directions and two
+//! reference voltages (Figs. 29-34). The final calibration, from the strip chart of the swing test, gives only pitch and roll (p. 75). The final
 //! calibration has no yaw; it uses the mean of the preliminary calibration's two directions.
 //!
 //! The zero drifts "in a range of about 25 millivolts" (p. 90) and is "relatively constant" over one run (ch. V). Here it is a random walk
@@ -55,7 +55,7 @@ const DEGREES_PER_SECOND_IN_RPM: f64 = 6.0;
 /// Conversion from mV per deg/s to V per rad/s.
 pub const SI_PER_MILLIVOLT_PER_DEGREE: f64 = 1e-3 * 180.0 / PI;
 
-/// Output of one gyro as a function of direction and rate of turning.
+/// Output of a gyro as a function of direction and rate of turning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {
     /// Clockwise, assumed to be the positive rate about the body's axis; the report does not say.
@@ -72,8 +72,8 @@ impl Calibration {
         }
     }
 
-    /// Calibration with the mean sensitivity of both directions and no offset: the one a reader of the voltages uses, and the one of a gyro
-    /// with equal directions.
+    /// Calibration with the mean sensitivity of both directions and no offset: the calibration used to read the voltages, and that of a gyro with
+    /// equal directions.
     #[must_use]
     pub const fn equal_sides(&self) -> Self {
         Self::both(Line {
@@ -160,8 +160,8 @@ pub const PRELIMINARY_LOW: Calibrations = Calibrations {
     roll: Calibration::measured((-7.102, 41.954), (5.456, 35.757)),
 };
 
-/// From the swing test, as finally used: 12.5 mV per deg/s in pitch and 18.6 in roll (p. 75). Yaw was not calibrated again: its sensitivity
-/// is the mean of the preliminary calibration's two directions, as a swing to both sides would have given with the mixer still present.
+/// From the swing test, as used finally: 12.5 mV per deg/s in pitch and 18.6 in roll (p. 75). Yaw was not calibrated again: its sensitivity is the
+/// mean of both directions in the preliminary calibration. A swing to both sides with the mixer still present would have given this mean.
 pub const SWING: Calibrations = Calibrations {
     pitch: Calibration::both(Line::through_zero(12.5)),
     roll: Calibration::both(Line::through_zero(18.6)),
@@ -194,7 +194,7 @@ impl Drift {
     }
 }
 
-/// Reflects a number into `[-range, range]`, as mirrors at both ends would.
+/// Reflects a number into `[-range, range]`, as if mirrors stood at both ends.
 fn reflected(x: f64, range: f64) -> f64 {
     if range <= 0.0 {
         return 0.0;

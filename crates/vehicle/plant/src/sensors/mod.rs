@@ -19,7 +19,7 @@
 //!
 //! In the report the dive-plane channel was the *command* from the radio control box, calibrated in degrees of plane. The simulated vehicle
 //! has no command signal. The channel therefore shows the plane angle at the stamp, like a potentiometer on the plane's shaft, through the
-//! command's calibration. It lags the command by the actuator's delay.
+//! command's calibration. The measured angle lags the command by the actuator's delay.
 //!
 //! Brunner 1988 (ch. III.F-G, IV) gives calibrations, ranges and the size of the drift, but no noise.
 
@@ -168,12 +168,12 @@ pub(crate) struct Channels<T> {
     pub speed: T,
 }
 
-/// Readings of one tick. Vectors are in the body frame forward, left, up (REP 103).
+/// Readings of a tick. Vectors are in the body frame forward, left, up (REP 103).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Readings {
     /// \[rad/s\]
     pub angular_velocity: [f64; 3],
-    /// Specific force \[m/s^2\]. At rest and level the specific force is `g` upwards.
+    /// Specific force \[m/s^2\]. At rest and level, the specific force is `g` upwards.
     pub specific_force: [f64; 3],
     /// Absolute pressure at the depth port \[Pa\].
     pub depth_pressure: f64,
@@ -190,7 +190,7 @@ pub(crate) struct Readings {
 impl Sensors {
     /// Returns the present readings, and advances `memory` by a tick of `dt` \[s\].
     ///
-    /// Every stream draws a number in every tick, even if it is not used; those of `navigation` in every measurement.
+    /// Every noise stream draws a number in every tick, even if the number is not used; streams of `navigation` draw one in every measurement.
     pub(crate) fn read(
         &self,
         truth: &Truth,

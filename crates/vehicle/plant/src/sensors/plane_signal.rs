@@ -7,9 +7,9 @@
 //! Source: Brunner 1988, ch. IV.G (pp. 84-87): 2.44 V + 0.010 V per degree of dive plane, 2.483 V + 0.004 V per degree of roll plane, about
 //! a transmitter reference of roughly 2.5 V. A pot subtracts the zero in a summer so that neutral dive planes read 0.0 V (Fig. 43).
 //!
-//! The report contradicts itself on the setting of that pot. Figs. 42 and 43 require 2.44 V; p. 89 says 2.19 V, which would leave 0.25 V,
-//! or 25 degrees, at neutral planes. The same pot fed the roll summer. The figures leave 0.061 V of 2.483 V there, so it subtracted 2.422
-//! V: only p. 89 supports 2.19 V. 2.44 V is the default; 2.19 V can be set.
+//! The report contradicts itself on the setting of that pot. Figs. 42 and 43 require 2.44 V; p. 89 states 2.19 V, which would leave 0.25 V, or 25
+//! degrees, at neutral planes. The same pot fed the roll summer. The figures leave 0.061 V of 2.483 V there, so it subtracted 2.422 V: only p. 89
+//! supports 2.19 V. 2.44 V is the default; 2.19 V can be set.
 
 /// Calibration of a command signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,7 +38,7 @@ pub const DIVE: PlaneSignal = PlaneSignal {
     noise: 0.0,
 };
 
-/// The roll planes (Figs. 40, 41). It is not a `daq` channel: this signal went only to the strip chart. The converter's four channels (p.
+/// The roll planes (Figs. 40, 41). The roll signal is not a `daq` channel: it was recorded only on the strip chart. The converter's four channels (p.
 /// 90) are pitch rate, depth, dive planes and speed.
 pub const ROLL: PlaneSignal = PlaneSignal {
     zero: 2.483,

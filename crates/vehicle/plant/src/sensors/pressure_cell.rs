@@ -9,12 +9,11 @@
 //! Source: Brunner 1988, ch. III.G (pp. 64-65) and IV.C (pp. 75-79).
 //!
 //! - **Depth.** On the bench it was set to 10 V at 39 in (Fig. 36). In the tank it read 1.627 V + 0.257 V/in (Fig. 38): the same slope,
-//!   with the zero shifted by 6.33 in of water. This lowers the depth of saturation from 38.9 in to 32.58 in, in a tank of 48 in. The first
-//!   port was at the bottom 17.5 in aft of the bow, where manoeuvres disturbed it; later there were two ports at the sides 14.5 in aft,
-//!   near the middle.
-//! - **Speed.** 12.453 V per inch of water (Fig. 35), 10 V at 0.8 in, which is 2.07 ft/s. It measures between the nose and the side ports
-//!   14.5 in aft of it, through lines too thin to fill with water. So the cell also measures the water column between the ports, and 3.17
-//!   degrees bow down saturate it. The report finally used a stopwatch.
+//!   with the zero shifted by 6.33 in of water. This reduces the depth of saturation from 38.9 in to 32.58 in, in a tank of 48 in. The first port was
+//!   at the bottom 17.5 in aft of the bow, where manoeuvres disturbed it; later there were two ports at the sides 14.5 in aft, near the middle.
+//! - **Speed.** 12.453 V per inch of water (Fig. 35), 10 V at 0.8 in, which is 2.07 ft/s. The cell measures between the nose and the side ports 14.5
+//!   in aft of the nose, through lines too thin to fill with water. So the cell also measures the water column between the ports, and 3.17 degrees
+//!   bow down saturate it. The report finally used a stopwatch.
 //!
 //! The report gives the ranges as 0 to 100 cm and 0 to 2 cm of water, and elsewhere with a sign that may be a plus-minus; the output of
 //! these cells does not go below 0 V.

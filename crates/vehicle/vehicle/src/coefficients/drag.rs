@@ -29,7 +29,7 @@ pub fn forebody(cf: f64, forebody_area: f64, base_area: f64) -> f64 {
     cf * forebody_area / base_area
 }
 
-/// `Cdb`: drag of the base behind a forebody with `cfb`.
+/// `Cdb`: drag of the base after a forebody with `cfb`.
 #[must_use]
 pub fn base(cfb: f64) -> f64 {
     0.029 / cfb.sqrt()

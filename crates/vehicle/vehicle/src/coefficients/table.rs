@@ -38,7 +38,7 @@ const fn unit(si: &'static str, imperial: &'static str, size: f64) -> Unit {
     Unit { si, imperial, size }
 }
 
-/// One coefficient by one method.
+/// A coefficient computed by one method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
     /// Its name.
@@ -49,7 +49,7 @@ pub struct Row {
     pub computed: f64,
     /// Nondimensional value in the vehicle's file; `None` if the file does not have this coefficient.
     pub in_the_file: Option<f64>,
-    /// SI value of one nondimensional unit at the table's speed.
+    /// SI value of one nondimensional unit at the speed of the table.
     pub factor: f64,
     /// The units.
     pub unit: Unit,
@@ -176,7 +176,7 @@ impl Table {
         });
     }
 
-    /// Rows of one coefficient, with its name and its value in the file, one row per method.
+    /// Rows of one coefficient, with its name and its value in the file; one row for each method.
     fn by_methods<const N: usize>(
         &mut self,
         (coefficient, in_the_file): (&'static str, f64),

@@ -1,7 +1,6 @@
 //! A vehicle from an identified model: the base vehicle with the model's pitch dynamics.
 //!
-//! The base vehicle gives geometry, masses, buoyancy and heave. The pitch equation about level flight at the model's speed comes from the
-//! model,
+//! The base vehicle gives geometry, masses, buoyancy and heave. The pitch equation for level flight at the model's speed comes from the model,
 //!
 //! ```text
 //! q' = kappa delta - beta q - mu theta + nu w       kappa = M_delta/J, beta = -M_q/J, mu = W BG/J

@@ -178,8 +178,8 @@ fn first_guess(
     solved(rows, &DVector::from_vec(right))
 }
 
-/// Least squares of `errors` from `start` on by Gauss-Newton steps, each halved until it decreases the sum. It is separate from the search
-/// in `planesman_identification`: this crate does not depend on identification, errors may fail here, and slopes are differences.
+/// Least squares of `errors` from `start` on by Gauss-Newton steps, each halved until it decreases the sum. This search is separate from the search
+/// in `planesman_identification`: this crate does not depend on identification, here the error may be undefined, and derivatives are differences.
 fn least_squares(
     start: Pitch,
     errors: impl Fn(Pitch) -> Result<DVector<f64>, Error>,

@@ -34,8 +34,8 @@ impl Target {
         }
     }
 
-    /// Changes the base's coefficients until its accelerations match; the missing accelerations are converted to loads with the inertia. On
-    /// an even keel this is exact; if level flight changes with the coefficients it takes a few iterations.
+    /// Changes the base's coefficients until its accelerations match; the missing accelerations are converted to loads with the inertia. On an even
+    /// keel the result is exact; if level flight changes with the coefficients, a few iterations are needed.
     pub(super) fn reached_from(&self, base: &Vehicle) -> Result<Vehicle, Error> {
         let u = self.speed;
         let (m0, l) = (base.reference_mass, base.reference_length);

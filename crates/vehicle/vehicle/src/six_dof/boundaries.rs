@@ -7,7 +7,7 @@
 //!
 //! Every strip has the height `H` in any attitude, so the force depends only on depths and has a potential. The contact force follows Hunt
 //! and Crossley ("Coefficient of restitution interpreted as damping in vibroimpact", J. Appl. Mech. 42, 1975), with a spring that the
-//! weight compresses by 1 cm. Damping, added mass, fins and thrusters stay those of the submerged hull: no slamming, no ventilation.
+//! weight compresses by 1 cm. Damping, added mass, fins and thrusters stay those of the submerged hull: slamming and ventilation are not modelled.
 
 use super::equations::State;
 use super::hull::STRIPS;

@@ -30,7 +30,7 @@ pub struct Number {
     pub group: &'static str,
     /// Value in the file's unit; 1 for a factor.
     pub value: f64,
-    /// Its places in the file; several for a factor.
+    /// Places of the number in the file; several places for a factor.
     places: Vec<Place>,
 }
 
@@ -44,7 +44,7 @@ struct Place {
 }
 
 impl Number {
-    /// Value at one of its places for a new value of the number.
+    /// Value to write at one of the places, for a new value of the number.
     fn at(&self, place: &Place, value: f64) -> f64 {
         match self.group {
             "thrust" => place.value * value,

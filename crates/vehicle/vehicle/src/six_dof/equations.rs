@@ -95,7 +95,7 @@ impl<T: Real> Forces<T> {
     }
 }
 
-/// Constant inputs, with the terms that depend on them alone.
+/// Constant inputs, with the terms that depend only on these inputs.
 pub(super) struct FixedTerms<'a, T> {
     inputs: &'a [T],
     /// Thrust of the propulsors that do not depend on the flow.
@@ -113,8 +113,7 @@ impl Vehicle {
         self.forces_at(&r, state, &self.held(inputs), water)
     }
 
-    /// Prepares constant inputs and the thrust that depends on them alone: that of the propulsors before the first that depends on the
-    /// flow.
+    /// Prepares constant inputs and the thrust that depends only on them: the thrust of the propulsors before the first one that depends on the flow.
     #[inline(always)]
     pub(super) fn held<'a, T: Real>(&'a self, inputs: &'a [T]) -> FixedTerms<'a, T> {
         let propulsors = &self.parts.propulsors;

@@ -178,7 +178,7 @@ pub(super) struct FileSchema {
 #[serde(deny_unknown_fields)]
 struct Input {
     name: String,
-    /// Its letters in the names of coefficients: `dr` in `Y_uudr`.
+    /// The input's letters in the names of coefficients: `dr` in `Y_uudr`.
     #[serde(default)]
     letters: String,
     /// Whether the source counts it with the opposite sign.
@@ -307,7 +307,7 @@ pub(super) enum Hand {
     Left,
 }
 
-/// Largest magnitude of a coefficient or matrix entry, SI; those of ships are smaller.
+/// Largest magnitude of a coefficient or matrix entry, SI; entries of ships are smaller.
 const MOST_COEFFICIENT: f64 = 1e15;
 
 /// Converts a quantity to SI and checks its rule.

@@ -5,9 +5,8 @@
 //! F = 1/2 rho S V [ C_L (-V_n e_c + V_c e_n) - C_D (V_c e_c + V_n e_n) ]
 //! ```
 //!
-//! Stall follows Beard and McLain, Small Unmanned Aircraft (2012), (4.9) to (4.11): lift and drag change from those of a thin wing to those
-//! of a flat plate about the stall angle. For small angles and `V_c = u` the force is `1/2 rho S a (u^2 delta - u v - x u r)`: Prestero
-//! 2001, (4.43).
+//! Stall follows Beard and McLain, Small Unmanned Aircraft (2012), (4.9) to (4.11): near the stall angle, lift and drag change from those of a thin
+//! wing to those of a flat plate. For small angles and `V_c = u` the force is `1/2 rho S a (u^2 delta - u v - x u r)`: Prestero 2001, (4.43).
 
 use std::f64::consts::{PI, TAU};
 
@@ -26,7 +25,7 @@ pub struct Section {
     pub aspect: f64,
     /// Stall angle \[rad\].
     pub stall: f64,
-    /// Sharpness of the stall about it, per rad.
+    /// Sharpness of the transition to stall, per rad.
     pub sharpness: f64,
 }
 

@@ -1,6 +1,6 @@
 //! Numbers of one vehicle, or of several side by side; the equations are written once for both.
 //!
-//! Every operation acts on each lane separately, in the written order. So a vehicle's numbers are bit-identical alone and in any lane of
+//! Every operation acts on each lane separately, in the written order. So a vehicle's numbers are bit-identical alone and in any lane of a vector of
 //! any width.
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
@@ -152,7 +152,7 @@ impl<const N: usize> AddAssign for Lanes<N> {
 
 /// A vector with three components.
 pub type Three<T> = [T; 3];
-/// A velocity, or a force and moment: three components along the axes, three about them.
+/// A velocity, or a force and moment: three components along the axes, and three about the axes.
 pub type Six<T> = [T; 6];
 
 /// `a x b`

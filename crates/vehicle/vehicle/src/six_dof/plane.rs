@@ -1,4 +1,4 @@
-//! The vertical plane of a vehicle with six degrees of freedom: its derivatives about level flight at a speed.
+//! The vertical plane of a vehicle with six degrees of freedom: derivatives for level flight at a speed.
 
 use super::equations::State;
 use super::tick::{Commands, Tick};

@@ -204,7 +204,7 @@ pub struct Underactuated {
 #[derive(Clone, Debug)]
 pub struct Allocation {
     inverse: DMatrix<f64>,
-    /// Indices of the wanted components among the six.
+    /// Indices of the requested components among the six.
     rows: Vec<usize>,
 }
 

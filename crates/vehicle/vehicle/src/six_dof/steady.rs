@@ -26,7 +26,7 @@ pub struct Turn {
 }
 
 impl Turn {
-    /// Its state, at position 0 and heading north.
+    /// The turn's state, at position 0 and heading north.
     #[must_use]
     pub fn state(&self) -> State {
         let [u, v, w] = self.velocity;
@@ -88,8 +88,7 @@ pub fn steady_turns(vehicle: &Vehicle, inputs: &[f64], holding: usize, start: Tu
 }
 
 /// Growth rate of the fastest-growing small deviation from a steady turn with constant inputs \[1/s\]; the turn is stable if it is
-/// negative. Depth, position and heading are excluded, since the motion does not depend on them. `None` if the linearised motion is not
-/// finite.
+/// negative. Depth, position and heading are excluded, because the motion does not depend on them. `None` if the linearised motion is not finite.
 #[must_use]
 pub fn growth(vehicle: &Vehicle, inputs: &[f64], holding: usize, turn: &Turn) -> Option<f64> {
     let mut inputs = inputs.to_vec();

@@ -383,7 +383,7 @@ impl State {
     /// The state in the form of the loop's other vehicles: angles with their rates, and velocities through water that moves by `current`
     /// (north, east, down \[m/s\]).
     ///
-    /// The rates of roll and yaw are those of the angles, which are unbounded as pitch approaches 90 degrees.
+    /// The rates of roll and yaw are the rates of the angles, which are unbounded as pitch approaches 90 degrees.
     #[must_use]
     pub fn body(&self, current: Three<f64>) -> Body {
         let r = rotation::matrix(self.attitude);

@@ -23,7 +23,7 @@ pub struct Torpedo {
     pub length: f64,
     /// \[m\]
     pub diameter: f64,
-    /// Volume of the hull relative to that of its cylinder.
+    /// Volume of the hull divided by the volume of its enclosing cylinder.
     pub prismatic: f64,
     /// Density of the water \[kg/m^3\].
     pub density: f64,

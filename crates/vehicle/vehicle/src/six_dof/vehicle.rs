@@ -150,7 +150,7 @@ impl Parts {
         Ok(())
     }
 
-    /// Inverse of the inertia of body and water; each of them is checked.
+    /// Inverse of the inertia of body and water; each of the two is checked.
     fn inverse_inertia(&self) -> Result<Matrix6, Unphysical> {
         symmetric("added_mass", &self.added_mass)?;
         if let Some(i) = (0..6).find(|i| self.added_mass[*i][*i] < 0.0) {

@@ -92,7 +92,7 @@ pub(crate) fn totals(comparison: &Comparison<'_>) -> String {
     text
 }
 
-/// A number with six significant digits; empty for none.
+/// A number with six significant digits; empty if there is no number.
 fn written(value: Option<f64>) -> String {
     value.map_or_else(String::new, number)
 }

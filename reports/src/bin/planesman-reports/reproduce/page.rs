@@ -35,7 +35,7 @@ pub(crate) struct Page {
     summaries: Vec<Markup>,
     numbers: Vec<Markup>,
     reports: Vec<Markup>,
-    /// Number of printed and compared numbers: those that agree, agree approximately, and do not agree.
+    /// Number of printed and compared numbers: numbers that agree, agree approximately, and do not agree.
     printed: [usize; 3],
 }
 

@@ -1,6 +1,6 @@
 //! The attitude and heading reference: orientation of the body relative to east, north, up (REP 103, REP 145).
 //!
-//! Its error is a small rotation about the axes east, north and up. The heading is true, not magnetic.
+//! The error is a small rotation about the axes east, north and up. The heading is true, not magnetic.
 
 use std::f64::consts::PI;
 

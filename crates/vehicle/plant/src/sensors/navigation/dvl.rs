@@ -9,7 +9,7 @@
 //! sigma_x = sigma_y = sigma / (sqrt 2 sin J)          sigma_z = sigma / (2 cos J)
 //! ```
 //!
-//! It has bottom lock while all four beams reach the bottom within the range, and water lock otherwise.
+//! The sensor has bottom lock while all four beams reach the bottom within the range, and water lock otherwise.
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_6};
 

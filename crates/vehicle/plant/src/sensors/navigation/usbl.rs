@@ -45,7 +45,7 @@ pub struct Usbl {
 pub(crate) struct Reading {
     /// In `map` \[m\].
     pub position: [f64; 3],
-    /// Its standard deviation along each axis, without outliers.
+    /// Standard deviation of the fix along each axis, without outliers.
     pub deviation: f64,
     /// Its age \[ns\].
     pub age: i64,
