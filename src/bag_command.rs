@@ -158,7 +158,7 @@ pub struct RuleArgs {
     /// Do not compare this topic or field; its differences are only counted
     #[arg(long, value_name = "TOPIC[:FIELD]", value_parser = str::parse::<Rule>)]
     ignore: Vec<Rule>,
-    /// Also compare /diagnostics, /rosout and /parameter_events, which contain wall time
+    /// Also compare /diagnostics, /rosout and /parameter_events, which contain wall-clock time
     #[arg(long)]
     all: bool,
 }

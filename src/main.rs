@@ -122,12 +122,12 @@ enum Command {
         after_help = "Examples:\n  planesman sysid topics dive.csv\n  planesman sysid fit dive.csv -i dive_planes -o gyro_pitch_rate --window 20..90"
     )]
     Sysid(planesman::sysid::Command),
-    /// Find PI or PID gains for a model, with their margins over the model's uncertainty
+    /// Find PI or PID gains for a model, and their margins for the model's uncertainty
     #[command(
         after_help = "Examples:\n  planesman tune model.yaml --html tune.html\n  planesman tune step.csv -i valve -o temperature --ms 1.4\n  planesman tune model.yaml --controller pid --method optimise --period 50ms"
     )]
     Tune(Box<planesman::tune::TuneArgs>),
-    /// Put data, model, validation, margins and robustness of gains on one page for colleagues, each number with its samples
+    /// Write one page for colleagues with data, model, validation, margins and robustness of gains; each number with its sample size
     #[command(
         after_help = "Examples:\n  planesman review step.csv -i valve -o temperature\n  planesman review flight1 flight2 -i 'cmd:data[0]' -o imu:angular_velocity.y --html gains.html\n  planesman review runs/dive/bag"
     )]
@@ -234,7 +234,7 @@ struct DiveArgs {
     /// Run in lockstep: a tick ends when every node has answered, independent of the wall clock (the default)
     #[arg(long, help_heading = "Pace", conflicts_with_all = ["factor", "sim_time"])]
     lockstep: bool,
-    /// Run in real time with this real-time factor (vehicle time per wall time)
+    /// Run in real time with this real-time factor (vehicle time divided by wall-clock time)
     #[arg(long, help_heading = "Pace", value_name = "F", value_parser = factor)]
     factor: Option<f64>,
     /// Run in real time with stamps from 0 and a /clock topic (implied by a factor other than 1)
@@ -249,7 +249,7 @@ struct DiveArgs {
     /// Print all numbers of the flight, and each step of the launch
     #[arg(long)]
     verbose: bool,
-    /// Namespace of all nodes; for any but the default, simulated time is on NAMESPACE/clock
+    /// Namespace of all nodes; simulated time is on /clock for the default namespace, otherwise on NAMESPACE/clock
     #[arg(long, default_value = NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
     namespace: String,
 }
@@ -285,7 +285,7 @@ enum BagCommand {
     Info {
         /// A bag folder, a metadata.yaml or an .mcap file
         path: PathBuf,
-        /// Print the SHA-256 of each topic's payloads instead, and one over all topics without wall time; two bags of the same loop have equal hashes
+        /// Print the SHA-256 of each topic's payloads instead, and one of all topics without wall-clock time; two bags of the same loop have equal hashes
         #[arg(long)]
         sha256: bool,
     },

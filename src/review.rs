@@ -57,7 +57,7 @@ fn of_own_bags(argument: clap::Arg) -> clap::Arg {
     }
 }
 
-/// Put data, model, validation, margins and robustness of gains on one page for colleagues, each number with its samples.
+/// Write one page for colleagues with data, model, validation, margins and robustness of gains; each number with its sample size.
 #[derive(Clone, Debug, Parser)]
 #[command(
     name = "review",
@@ -68,7 +68,7 @@ pub struct ReviewArgs {
     #[command(flatten)]
     signals: SignalArgs,
     /// Validation data, not used for the fit: a file or folder with the same signals, or a window of the data
-    /// [default: a model of the first seven tenths is judged on the rest]
+    /// [default: a model of the first 70 % is validated on the rest]
     #[arg(long, value_name = "DATA|FROM..TO", value_parser = |text: &str| text.parse::<Validation>(), allow_hyphen_values = true, help_heading = "Data")]
     validation: Option<Validation>,
     #[command(flatten)]

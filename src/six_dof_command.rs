@@ -31,7 +31,7 @@ pub enum SixDofCommand {
         after_help = "Example:\n  planesman six-dof turn lauv --input thrust=9 --input rudder=10deg"
     )]
     Turn(TurnArgs),
-    /// Fit its coefficients to a recording: 95 % intervals, undetermined coefficients, and the best next run
+    /// Fit the vehicle's coefficients to a recording: 95 % intervals, undetermined coefficients, and the best next run
     #[command(
         after_help = "Examples:\n  planesman six-dof fit run.csv --like lauv --fixed added_mass --out mine.yaml\n  planesman six-dof fit bag --like my_rov.yaml \\\n      --signal 'front_port=thrusters:data[0]' --out mine.yaml"
     )]
@@ -106,13 +106,13 @@ pub struct TorpedoArgs {
     /// Diameter of the hull
     #[arg(long, value_name = "M", value_parser = length(0.02, 5.0))]
     diameter: f64,
-    /// Prismatic coefficient: the hull's volume over that of its cylinder
+    /// Prismatic coefficient: the hull's volume divided by that of its enclosing cylinder
     #[arg(long, default_value_t = 0.85, value_parser = within(0.5, 1.0))]
     prismatic: f64,
     /// Density of the water (kg/m^3)
     #[arg(long, default_value_t = 1025.0, value_parser = within(900.0, 1200.0))]
     density: f64,
-    /// Reserve buoyancy: buoyancy less weight, over buoyancy
+    /// Reserve buoyancy: (buoyancy - weight) / buoyancy
     #[arg(long, default_value_t = 0.01, value_parser = within(-0.05, 0.1))]
     reserve: f64,
     /// Distance of the centre of gravity below the centre of buoyancy [default: 0.1 diameters]

@@ -33,10 +33,10 @@ pub struct FitArgs {
     /// Numbers or groups to fit, all others are kept [default: all but buoyancy and centre_of_gravity (group body)]
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     free: Vec<String>,
-    /// Prior standard deviation of each number, % of it; large for a vehicle that is hardly like this one
+    /// Prior standard deviation of each number, % of its value; choose it large if the vehicle hardly resembles this one
     #[arg(long, value_name = "PERCENT", default_value_t = 50.0, value_parser = within(0.1, 1e4))]
     prior: f64,
-    /// A number counts as determined when half its 95 % interval is at most this percentage of it
+    /// A number counts as determined if half of its 95 % interval is at most this percentage of its value
     #[arg(long, value_name = "PERCENT", default_value_t = 50.0, value_parser = within(0.1, 1e4))]
     bound: f64,
     /// Signals with a constant error (bias) to estimate, or none

@@ -110,13 +110,13 @@ pub struct PlayArgs {
     /// The node to play through
     #[arg(long, value_name = "NODE", value_parser = choice(&Through::ALL, Through::described))]
     pub(super) through: Through,
-    /// With own: a topic that the node publishes; the first one ends a tick, and those in the bag are compared
+    /// With own: a topic that the node publishes; the first one ends a tick, and those that are in the bag are compared
     #[arg(long, value_name = "TOPIC")]
     pub(super) output: Vec<String>,
     /// With own: a topic to play [default: all except the outputs]
     #[arg(long, value_name = "TOPIC")]
     pub(super) input: Vec<String>,
-    /// With own: the input whose every message the node answers [default: stamps of the recorded answers, else the first --input]
+    /// With own: the input of which the node answers every message [default: stamps of the recorded answers, else the first --input]
     #[arg(long, value_name = "TOPIC")]
     pub(super) tick: Option<String>,
     /// A ROS 2 parameter file for the node [default: parameters.yaml in the folder of the flight that recorded the bag]

@@ -15,20 +15,20 @@ const IN_PITCH_ALONE: &str = "table_3";
 #[derive(Args, Clone)]
 #[command(next_help_heading = "Vehicle and actuator")]
 pub(super) struct SubjectArgs {
-    /// A built-in vehicle, a vehicle file, a model file, or table_3: the report's damped inertia, with the same plane moment at every speed
+    /// A built-in vehicle, a vehicle file, a model file, or table_3 (the report's damped inertia, with the same plane moment at every speed)
     #[arg(default_value = vehicle_file::BRUNNER)]
     vehicle: String,
     /// Base vehicle of an identified model: supplies everything except the pitch dynamics
     #[arg(long, default_value = vehicle_file::BRUNNER)]
     base: String,
-    /// What moves the planes: ideal, first_order (with the bandwidth of dha_actuator's default), or a built-in actuator or actuator file (its
+    /// Actuator of the planes: ideal, first_order (with the bandwidth of dha_actuator's default), or a built-in actuator or actuator file (its
     /// motion at the slew rate)
     #[arg(long, default_value = ACTUATOR)]
     actuator: String,
     /// Controller rate (ticks per second, Hz); 0: only the continuous loop
     #[arg(long, default_value_t = RATE, value_parser = within(0.0, 1e4))]
     rate: f64,
-    /// Delay from a measured state to the command computed from it (s); 0 in lockstep and in sim
+    /// Delay from a measured state to the command computed from that state (s); 0 in lockstep and in sim
     #[arg(long, default_value_t = 0.0, value_parser = within(0.0, 10.0))]
     computing_delay: f64,
 }
@@ -53,20 +53,20 @@ impl SubjectArgs {
     }
 }
 
-/// The gains of the depth and pitch loops; those not given are the controller's defaults.
+/// The gains of the depth and pitch loops; gains that are not given have the controller's defaults.
 #[derive(Args, Clone, Default)]
 #[command(next_help_heading = "Gains")]
 pub(super) struct GainArgs {
     /// Kpz, pitch command per depth error (rad/m) [default: depth_controller's depth.p]
     #[arg(long, value_parser = within(0.0, 1e3))]
     depth_p: Option<f64>,
-    /// Kdz, pitch command per depth rate (rad s/m) [default: its depth.d]
+    /// Kdz, pitch command per depth rate (rad s/m) [default: depth_controller's depth.d]
     #[arg(long, value_parser = within(0.0, 1e3))]
     depth_d: Option<f64>,
-    /// Kpy, plane angle per pitch error [default: its pitch.p]
+    /// Kpy, plane angle per pitch error [default: depth_controller's pitch.p]
     #[arg(long, value_parser = within(0.0, 1e3))]
     pitch_p: Option<f64>,
-    /// Kr, plane angle per pitch rate (s) [default: its pitch.rate]
+    /// Kr, plane angle per pitch rate (s) [default: depth_controller's pitch.rate]
     #[arg(long, value_parser = within(0.0, 1e3))]
     pitch_rate: Option<f64>,
     /// Kiz, pitch command per depth error and second (rad/(m s))

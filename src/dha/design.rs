@@ -44,7 +44,7 @@ pub struct DesignArgs {
     /// Number of random draws of the valves' scatter for each design
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub seeds: u32,
-    /// Print all designs, not only those that no other design beats
+    /// Print all designs, not only the Pareto-optimal ones (no other design is better in every criterion)
     #[arg(long)]
     pub all: bool,
     /// Also print the circuit, the pressures, and where the energy of the best compromise goes

@@ -13,7 +13,7 @@ pub struct FrequencyArgs {
     /// A built-in actuator or an actuator file
     #[arg(default_value = "table_4_1")]
     actuator: String,
-    /// Only the actuator in its position loop, not the flight control with surrogate PS-2 (that one needs planesman-reports)
+    /// Only the actuator in its position loop; the flight control with surrogate PS-2 needs planesman-reports
     #[arg(long)]
     alone: bool,
 }

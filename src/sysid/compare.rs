@@ -31,17 +31,17 @@ use planesman_show::pages::tables::{numbers, of_several, tables};
 pub struct CompareArgs {
     #[command(flatten)]
     data: DataArgs,
-    /// Input signal: TOPIC:FIELD, or a CSV column [default: that of the models]
+    /// Input signal: TOPIC:FIELD, or a CSV column [default: the signal of the models]
     #[arg(long, short, value_name = "SIGNAL", help_heading = "Signals")]
     input: Option<String>,
-    /// Output signal [default: that of the models]
+    /// Output signal [default: the signal of the models]
     #[arg(long, short, value_name = "SIGNAL", help_heading = "Signals")]
     output: Option<String>,
     #[command(flatten)]
     grid: Declared<GridOptions>,
     #[command(flatten)]
     preparation: Declared<PreparationOptions>,
-    /// Prediction horizons to judge, samples ahead
+    /// Prediction horizons to compare, samples ahead
     #[arg(long, value_name = "SAMPLES", value_delimiter = ',', default_value = "1,10",
         value_parser = clap::value_parser!(u16).range(rules::AHEAD), help_heading = "Judgement")]
     ahead: Vec<u16>,

@@ -16,10 +16,10 @@ pub(super) struct ControllerArgs {
     /// Kind of controller [default: pid if a second time constant is longer than the dead time, else pi]
     #[arg(long, value_parser = choice(&Kind::ALL, Kind::described))]
     pub(super) controller: Option<Kind>,
-    /// Sample time of the controller (s, or with its unit: 50ms) [default: that of the model]
+    /// Sample time of the controller (s, or with its unit: 50ms) [default: the sample time of the model]
     #[arg(long, value_name = "TIME", value_parser = quantity(Dimension::Time, 1e-6, 1e6))]
     pub(super) period: Option<f64>,
-    /// Delay from a sample of the output to the command computed from it (s, or with its unit)
+    /// Delay from a sample of the output to the command computed from that sample (s, or with its unit)
     #[arg(long, value_name = "TIME", default_value = "0", value_parser = quantity(Dimension::Time, 0.0, 1e6))]
     pub(super) computing_delay: f64,
     /// tau_c for simc, lambda for lambda, 1/wn for placement (s) [default: the smallest that keeps the limits]
@@ -61,7 +61,7 @@ pub(super) struct LimitArgs {
     /// Seed of the draws
     #[arg(long, default_value_t = TuneOptions::default().seed)]
     pub(super) seed: u32,
-    /// Use the model even if its verdict is against it, or it has no covariance
+    /// Use the model even if its verdict is unfavourable or it has no covariance
     #[arg(long)]
     pub(super) anyway: bool,
 }

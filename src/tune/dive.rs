@@ -39,7 +39,7 @@ pub(super) struct DiveArgs {
     /// Base vehicle: supplies everything except the pitch dynamics
     #[arg(long, value_name = "VEHICLE", default_value = vehicle_file::BRUNNER)]
     base: String,
-    /// What moves the planes: ideal, first_order, or a built-in actuator or actuator file
+    /// Actuator of the planes: ideal, first_order, or a built-in actuator or actuator file
     #[arg(long, default_value = ACTUATOR)]
     actuator: String,
     /// Maximum overshoot of a depth step (%)

@@ -37,7 +37,7 @@ fn of_model_or_data(argument: clap::Arg) -> clap::Arg {
     }
 }
 
-/// Find PI or PID gains for a model, with their margins over the model's uncertainty.
+/// Find PI or PID gains for a model, and their margins for the model's uncertainty.
 #[derive(Clone, Debug, Parser)]
 #[command(
     name = "tune",
@@ -54,10 +54,10 @@ pub struct TuneArgs {
     /// Print JSON
     #[arg(long, help_heading = "Output")]
     json: bool,
-    /// Also print the model, the method, and what limits the margins
+    /// Also print the model, the method, and the cause that limits the margins
     #[arg(long, help_heading = "Output")]
     verbose: bool,
-    /// Write an HTML page: responses, Bode and Nyquist plots, each with the band of the plants that the model allows
+    /// Write an HTML page: responses, Bode and Nyquist plots, each with the band of the plants drawn from its covariance
     #[arg(long, value_name = "FILE", value_parser = page_file, help_heading = "Output")]
     html: Option<PathBuf>,
 }

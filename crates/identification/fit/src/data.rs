@@ -36,9 +36,9 @@ options! {
         sources: Sources;
         /// Time stamps: from the message headers, or from the recorder (log) [default: header if all messages have one]
         stamp: Option<Clock> = None;
-        /// CSV column of time [default: time, t, stamp or timestamp, else a first column that rises from row to row]
+        /// CSV column of time [default: time, t, stamp or timestamp, else a first column that increases from row to row]
         time: Option<String> = None, value: "COLUMN", excludes: Some("sample_time");
-        /// Unit of the time column of a CSV file [default: the unit at the end of its name, as t_ms; else s]
+        /// Unit of the time column of a CSV file [default: the unit at the end of its name, such as t_ms; else s]
         time_unit: Option<TimeUnit> = None, excludes: Some("sample_time");
         /// Interval between two rows of a CSV file without a time (s, or with its unit: 100ms)
         sample_time: Option<f64> = None, value: "TIME", range: Range::Quantity(Dimension::Time, 1e-6, 1e6);

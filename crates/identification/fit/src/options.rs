@@ -35,7 +35,7 @@ options! {
         /// The signals of some data, on one grid.
         signals: SignalOptions;
         /// Validation data, not used for the fit: a file or folder with the same signals, or a window of the data as in `window`, which is
-        /// then left out of the fit [default: a model of the first seven tenths is validated on the rest]
+        /// then left out of the fit [default: a model of the first 70 % is validated on the rest]
         validation: Option<Validation> = None, section: "Data", value: "DATA|FROM..TO";
         /// The estimator
         method: MethodChoice = MethodChoice::default(), of_grid: true;
@@ -47,7 +47,7 @@ options! {
         recursion: RecursionOptions;
         /// Also compute 95 % intervals of poles and gain by a bootstrap: fit this many records simulated with the model and its residuals
         bootstrap: Option<usize> = None, value: "RECORDS", range: Range::Count(100..=100_000), of_one: true;
-        /// Static curve in front of the dynamics (Hammerstein) or behind them (Wiener)
+        /// Static curve before the dynamics (Hammerstein) or after them (Wiener)
         curve: CurveChoice = CurveChoice::default(), of_one: true;
     }
 }
@@ -83,17 +83,17 @@ options! {
     /// How samples are resampled to a grid.
     #[derive(Clone, Debug)]
     pub struct GridOptions in "Grid" {
-        /// Sampling rate of the grid (Hz) [default: that of the slowest output]
+        /// Sampling rate of the grid (Hz) [default: the rate of the slowest output]
         rate: Option<f64> = None, value: "HZ", range: Range::Number(RATE), of_grid: true;
-        /// Use only data between these times, in seconds from the first output's first sample; several windows are runs of one model
+        /// Use only data between these times, in seconds from the first output's first sample; each window is a separate run of the same model
         window: Vec<(f64, f64)> = Vec::new(), value: "FROM..TO", range: Range::Span(WINDOW);
         /// Resampling of inputs
         input_method: Resampling = Resampling::Mean;
         /// Resampling of outputs
         output_method: Resampling = Resampling::Linear;
-        /// Longest interval between two samples that is not a gap (s) [default: five sample intervals; none for a held input]
+        /// Longest interval between two samples that is not a gap (s) [default: five sample intervals; no limit for a held input]
         max_gap: Option<f64> = None, value: "SECONDS", range: Range::Number(MAX_GAP);
-        /// Angles and counters that wrap: unwrap where the jump is unmistakable (default), with this period, or not at all
+        /// Angles and counters that wrap: unwrap if the jumps clearly come from wrapping (default), with this period, or not at all
         unwrap: Unwrap = Unwrap::Automatic, value: "360|2pi|65536|no";
     }
 }
@@ -104,11 +104,11 @@ options! {
     pub struct PreparationOptions in "Preparation" {
         /// Outliers: samples far from the median of their neighbours
         outliers: Outliers = Outliers::default();
-        /// Frequency band to use, of every signal: LOW..HIGH, or LOW.. against drift, or ..HIGH against noise (Hz) [default: all]
+        /// Frequency band to keep in every signal: LOW..HIGH, LOW.. to remove drift, or ..HIGH to remove noise (Hz) [default: all]
         prefilter: Option<Band> = None, value: "LOW..HIGH", range: Range::Span(BAND), of_grid: true;
-        /// Which data to use
+        /// Part of the data to use
         segment: SegmentChoice = SegmentChoice::default(), of_grid: true;
-        /// What to subtract from each signal
+        /// Mean or trend to subtract from each signal
         detrend: Trend = Trend::default(), of_grid: true;
     }
 }
@@ -285,7 +285,7 @@ options! {
         process: Option<Form> = None, value: "FORM", of_one: true;
         /// For `method frf`: the lowest coherence of input and output in the band of the fit [default: 0.6]
         coherence: Option<f64> = None, value: "SHARE", range: Range::Number(COHERENCE), of_grid: true;
-        /// Coefficients of the numerator, without known zeros [default: as many as the order]
+        /// Coefficients of the numerator, without known zeros [default: the same number as the order]
         numerator: Option<usize> = None, value: "COUNT", range: Range::Count(1..=40), needs: Some("order");
         /// Delay in samples from the input to its first effect; 0 if the output is measured after the input of the same sample [default:
         /// searched from 0 to 1000; with a named method 1 to 3, or 1 with `order`]
@@ -349,7 +349,7 @@ options! {
         heave_doubt: f64 = 0.0, value: "PERCENT", range: Range::Number(NOT_NEGATIVE);
         /// The vehicle's speed (m/s, or with its unit: 1ft/s), for `vehicle` and the model file
         speed: Option<f64> = None, range: Range::Quantity(Dimension::Speed, 1e-3, 100.0), of_one: true;
-        /// Moment of inertia J; with it K, B and M_theta are printed
+        /// Moment of inertia J; if given, K, B and M_theta are printed
         inertia: Option<f64> = None, range: Range::Number(ABOVE_ZERO), of_one: true;
         /// For kalman: standard deviation of the noise, output unit [default: from second differences]
         noise: Option<f64> = None, range: Range::Number(ABOVE_ZERO), of_one: true;
@@ -380,7 +380,7 @@ options! {
     /// How the recursive methods learn.
     #[derive(Clone, Copy, Debug)]
     pub struct RecursionOptions in "Recursive methods" {
-        /// For recursive methods: forgetting factor per sample (1: none; 0.98: a memory of about 50 samples) [default: 1]
+        /// For recursive methods: forgetting factor per sample (1: no forgetting; 0.98: a memory of about 50 samples) [default: 1]
         forgetting: Option<f64> = None, value: "LAMBDA", range: Range::Number(FORGETTING), of_one: true;
         /// For recursive methods: initial covariance of each parameter [default: 1e8]
         initial_covariance: Option<f64> = None, value: "P0", range: Range::Number(ABOVE_ZERO), of_one: true;

@@ -76,7 +76,7 @@ planesman_text::choices! {
 }
 
 planesman_text::choices! {
-    /// What to subtract from each signal.
+    /// Mean or trend to subtract from each signal.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum Trend {
         #[default]
