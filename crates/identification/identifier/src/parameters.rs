@@ -22,8 +22,7 @@ pub struct IdentifierParameters {
     /// Output signal, TOPIC:FIELD.
     #[parameter(default = "state:pitch_rate", read_only)]
     pub output: String,
-    /// Validity flag, a field of the output's messages: where it is not 0, the preceding input is invalid and the
-    /// history restarts. Empty: none.
+    /// Validity flag, a field of the output's messages: if the flag is not 0, the preceding input is invalid and the history restarts. Empty: no flag.
     #[parameter(default = "state:planes_source", read_only)]
     pub break_on: String,
     /// Message type of the input's topic.
@@ -45,7 +44,7 @@ pub struct IdentifierParameters {
     pub answer: bool,
     /// QoS reliability of the signals' subscriptions: reliable (lost messages are sent again; only reliable
     /// publishers match), best_effort (all publishers match), or auto (reliable for a member of lockstep, else
-    /// best_effort). A topic of several pairs is reliable if one of them asks for it.
+    /// best_effort). A topic of several pairs is reliable if at least one pair needs it.
     #[parameter(default = Reliability::Auto, read_only)]
     pub reliability: Reliability,
     /// Sampling time; 0.05 s in the report (Brunner 1988, ch. V).
@@ -77,12 +76,11 @@ pub struct IdentifierParameters {
     /// the estimate.
     #[parameter(default = 0, range = 0..=9)]
     pub integrators: usize,
-    /// Whether the input's first moment over each sample is a regressor, for an input that moves within it; not
-    /// used by kalman. A change restarts the estimate.
+    /// Whether the input's first moment over each sample is a regressor, for an input that moves within the sample; not used by kalman. A change
+    /// restarts the estimate.
     #[parameter(default = true)]
     pub first_moment: bool,
-    /// Whether a constant is a regressor, for an output with an offset; kalman always estimates one. A change
-    /// restarts the estimate.
+    /// Whether a constant is a regressor, for an output with an offset; kalman always estimates a constant. A change restarts the estimate.
     #[parameter(default = false)]
     pub bias: bool,
     /// Forgetting factor per sample (1 = none; 0.98 = memory of about 50 samples); its minimum with
@@ -100,10 +98,10 @@ pub struct IdentifierParameters {
     /// Initial covariance of each parameter, per unit of residual variance. A change restarts the estimate.
     #[parameter(default = 1e18, range = 1e-6..=1e30)]
     pub initial_covariance: f64,
-    /// Limit of the covariance's trace, per unit of residual variance; 0: none.
+    /// Limit of the covariance's trace, per unit of residual variance; 0: no limit.
     #[parameter(default = 0.0, range = 0.0..=1e30)]
     pub covariance_limit: f64,
-    /// Dead zone of the prediction error; smaller errors do not update the estimate. 0: none.
+    /// Dead zone of the prediction error; smaller errors do not update the estimate. 0: no dead zone.
     #[parameter(default = 0.0, unit = "output unit", range = 0.0..=1e30)]
     pub dead_zone: f64,
     /// Rate at which estimates are published, by the stamps of the samples, rounded to whole samples.

@@ -19,7 +19,7 @@ pub struct Record {
     /// Record every topic of these types ('sensor_msgs/msg/Imu').
     #[parameter(default = Vec::new(), read_only)]
     pub topic_types: Vec<String>,
-    /// Record every topic and every service in whose name this regular expression is found.
+    /// Record every topic and every service whose name contains a match of this regular expression.
     #[parameter(default = "", read_only)]
     pub regex: String,
     /// Record the events of every service with introspection.
@@ -34,7 +34,7 @@ pub struct Record {
     /// Types of topics not to record.
     #[parameter(default = Vec::new(), read_only)]
     pub exclude_topic_types: Vec<String>,
-    /// Record no topic and no service in whose name this regular expression is found.
+    /// Record no topic and no service whose name contains a match of this regular expression.
     #[parameter(default = "", read_only)]
     pub exclude_regex: String,
     /// Services whose events not to record.

@@ -85,17 +85,17 @@ pub enum Turning {
 /// The rudder's manoeuvre: the parameters `turning.*`.
 #[derive(Clone, Copy, Debug, PartialEq, planesman_parameters::Parameters)]
 pub struct TurningManoeuvre {
-    /// Manoeuvre of the rudder in place of the heading loop: none, circle (turning.rudder held) or zigzag (the rudder goes over when the heading has
-    /// changed by turning.heading).
+    /// Manoeuvre of the rudder in place of the heading loop: none, circle (turning.rudder held) or zigzag (the rudder is reversed when the heading
+    /// has changed by turning.heading).
     #[parameter(default = Turning::None)]
     pub manoeuvre: Turning,
     /// Rudder angle of the manoeuvre, positive to starboard first; 10 degrees; limited by heading.limit.
     #[parameter(default = 0.174_532_925_199_432_95, unit = "rad", positive = "to starboard first", range = -std::f64::consts::FRAC_PI_2..=std::f64::consts::FRAC_PI_2)]
     pub rudder: f64,
-    /// Change of heading from that at the start, to either side, at which the rudder of a zig-zag goes over; 10 degrees.
+    /// Change of heading from the initial heading, to either side, at which the rudder of a zig-zag is reversed; 10 degrees.
     #[parameter(default = 0.174_532_925_199_432_95, unit = "rad", range = 0.001..=std::f64::consts::PI)]
     pub heading: f64,
-    /// When it begins, since the first state; until then the heading loop steers.
+    /// Start time of the manoeuvre, since the first state; until then the heading loop steers.
     #[parameter(default = 0.0, unit = "s", range = 0.0..=1e6)]
     pub start: f64,
 }

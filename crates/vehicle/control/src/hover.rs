@@ -22,25 +22,25 @@ pub struct HoverParameters {
     /// Vehicle whose thrusters mode hover commands: 'bluerov2_heavy' or the path of a vehicle file with thrusters, the same as plant_sim's; empty: none.
     #[parameter(default = "", read_only)]
     pub vehicle: String,
-    /// Place to hold along the initial heading, without way-points.
+    /// Position to hold along the initial heading, if there are no way-points.
     #[parameter(default = 0.0, unit = "m", range = -1e6..=1e6)]
     pub x: f64,
-    /// Place to hold to starboard of the initial heading, without way-points.
+    /// Position to hold to starboard of the initial heading, if there are no way-points.
     #[parameter(default = 0.0, unit = "m", range = -1e6..=1e6)]
     pub y: f64,
-    /// Largest speed asked for, level and in depth apart.
+    /// Largest commanded speed, separately in the horizontal plane and in depth.
     #[parameter(default = 0.5, unit = "m/s", range = 0.001..=5.0)]
     pub speed: f64,
-    /// Largest rate of turn asked for.
+    /// Largest commanded rate of turn.
     #[parameter(default = 0.5, unit = "rad/s", range = 0.001..=5.0)]
     pub turn: f64,
-    /// Speed asked for per distance.
+    /// Commanded speed per distance to the target.
     #[parameter(default = 0.6, unit = "1/s", range = 0.0..=100.0)]
     pub position_p: f64,
-    /// Rate of turn asked for per heading error.
+    /// Commanded rate of turn per heading error.
     #[parameter(default = 1.0, unit = "1/s", range = 0.0..=100.0)]
     pub heading_p: f64,
-    /// Rate of turn asked for per angle of roll and pitch.
+    /// Commanded rate of turn per angle of roll and pitch.
     #[parameter(default = 4.0, unit = "1/s", range = 0.0..=100.0)]
     pub level_p: f64,
     /// Acceleration per error of a velocity or rate of turn.

@@ -34,8 +34,7 @@ pub struct ControllerParameters {
     /// hover.vehicle).
     #[parameter(default = Mode::Depth)]
     pub mode: Mode,
-    /// Depth setpoint, positive down, until the schedule or the topic gives another; within depth.min and
-    /// depth.max.
+    /// Depth setpoint, positive down, until the schedule or the topic gives another setpoint; within depth.min and depth.max.
     #[parameter(default = 0.0, unit = "m", positive = "down", range = 0.0..=1e4)]
     pub depth_setpoint: f64,
     /// Pitch setpoint in mode pitch, positive bow up; limited by depth.pitch_limit.
@@ -117,8 +116,7 @@ pub struct Depth {
     /// Limit of the integral term of the depth loop, to either side.
     #[parameter(default = 0.2, unit = "rad", range = 0.0..=FRAC_PI_2)]
     pub i_limit: f64,
-    /// Signal that depth.d acts on: the measured depth (no kick at a setpoint step; DERIV of program T6) or the
-    /// error.
+    /// Signal that depth.d acts on: the measured depth (no kick at a setpoint step; DERIV of program T6) or the depth error.
     #[parameter(default = Derivative::Measurement)]
     pub derivative: Derivative,
     /// Time constant of the derivative filter; 0: no filter.
@@ -133,7 +131,7 @@ pub struct Depth {
     /// Largest depth setpoint from any source, positive down.
     #[parameter(default = 1e4, unit = "m", positive = "down", range = 0.0..=1e4)]
     pub max: f64,
-    /// Rate limit of the depth setpoint; 0: none.
+    /// Rate limit of the depth setpoint; 0: no limit.
     #[parameter(default = 0.0, unit = "m/s", range = 0.0..=1e3)]
     pub setpoint_rate: f64,
 }
@@ -153,7 +151,7 @@ pub struct Pitch {
     /// Limit of the integral term of the pitch loop, to either side.
     #[parameter(default = 0.2, unit = "rad", range = 0.0..=FRAC_PI_2)]
     pub i_limit: f64,
-    /// Rate limit of the pitch setpoint in mode pitch; 0: none.
+    /// Rate limit of the pitch setpoint in mode pitch; 0: no limit.
     #[parameter(default = 0.0, unit = "rad/s", range = 0.0..=1e3)]
     pub setpoint_rate: f64,
 }
@@ -164,14 +162,14 @@ pub struct Planes {
     /// Limit of the plane command to either side, 30 degrees (Brunner 1988, ch. II.B).
     #[parameter(default = FRAC_PI_6, unit = "rad", range = 0.0..=FRAC_PI_2)]
     pub limit: f64,
-    /// Rate limit of the plane command; 0: none.
+    /// Rate limit of the plane command; 0: no limit.
     #[parameter(default = 0.0, unit = "rad/s", range = 0.0..=1e3)]
     pub rate_limit: f64,
     /// Allocation of the dive command: bow and stern planes together, bow only, stern only, or in the ratio
     /// planes.bow_to_stern.
     #[parameter(default = DivePlanes::Together)]
     pub allocation: DivePlanes,
-    /// Ratio of bow to stern plane angle, for allocation ratio; the larger one gets the whole command.
+    /// Ratio of bow to stern plane angle, for allocation ratio; the pair with the larger angle gets the complete command.
     #[parameter(default = 1.0, range = 0.0..=1e3)]
     pub bow_to_stern: f64,
 }
@@ -187,7 +185,7 @@ pub struct Transfer {
 /// The parameters `roll.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Roll {
-    /// Whether roll is held at zero by the bow planes, in every mode but off.
+    /// Whether the bow planes control roll to zero, in every mode except off.
     #[parameter(default = true)]
     pub active: bool,
     /// Proportional gain of the roll loop: bow plane differential per roll error, Kpx = 10 (Brunner 1988, p. 30).
@@ -205,7 +203,7 @@ pub struct Roll {
 /// The parameters `heading.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Heading {
-    /// Whether heading_setpoint is held by the rudder; a setpoint on the topic is always held.
+    /// Whether the rudder controls the heading to heading_setpoint; a setpoint on the topic is always followed.
     #[parameter(default = true)]
     pub active: bool,
     /// Proportional gain of the heading loop: rudder angle per heading error, Kpy = 1 (Brunner 1988, p. 32).
@@ -214,10 +212,10 @@ pub struct Heading {
     /// Rate gain of the heading loop: rudder angle per yaw rate, Kdy = 3 s (Brunner 1988, p. 32).
     #[parameter(default = 3.0, unit = "s", range = 0.0..=1e3)]
     pub rate: f64,
-    /// Limit of the rudder command to either side; default as for the planes, the report gives none.
+    /// Limit of the rudder command to either side; the default equals the planes' limit, because the report states no limit.
     #[parameter(default = FRAC_PI_6, unit = "rad", range = 0.0..=FRAC_PI_2)]
     pub limit: f64,
-    /// Rate limit of the heading setpoint, which turns the shorter way; 0: none.
+    /// Rate limit of the heading setpoint, which turns the shorter way; 0: no limit.
     #[parameter(default = 0.0, unit = "rad/s", range = 0.0..=1e3)]
     pub setpoint_rate: f64,
 }
@@ -232,7 +230,7 @@ pub struct WayPoints {
     /// Way-points to starboard of the initial heading, one per waypoints.x.
     #[parameter(default = Vec::new(), unit = "m", range = -1e6..=1e6)]
     pub y: Vec<f64>,
-    /// Distance ahead on the leg at which the vehicle steers.
+    /// Look-ahead distance on the leg toward which the vehicle steers.
     #[parameter(default = 5.0, unit = "m", range = 0.01..=1e4)]
     pub lookahead: f64,
     /// Radius about a way-point within which the next leg begins.
@@ -277,8 +275,8 @@ pub struct ScheduleParameters {
 /// The parameters `feedback.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Feedback {
-    /// Source of pitch, depth and their rates for the dive loops: the true state, the integrated gyro behind a
-    /// dead band (Brunner 1988, p. 91), or a Kalman filter on gyro, depth and speed.
+    /// Source of pitch, depth and their rates for the dive loops: the true state, the integrated gyro after a dead band (Brunner 1988, p. 91), or a
+    /// Kalman filter on gyro, depth and speed.
     #[parameter(default = estimator::Source::Truth, read_only)]
     pub source: estimator::Source,
     /// Source of the speed for the estimators and the gain scheduling: feedback.speed (nominal) or the speed
@@ -291,7 +289,7 @@ pub struct Feedback {
     /// Range of the depth cell, positive down; deeper readings are ignored. 0: no limit.
     #[parameter(default = 0.0, unit = "m", positive = "down", range = 0.0..=11_000.0)]
     pub depth_range: f64,
-    /// Absolute pressure at the surface, subtracted from that of the depth cell.
+    /// Absolute pressure at the surface, subtracted from the depth cell's pressure.
     #[parameter(default = 101_325.0, unit = "Pa", range = 0.0..=2e5)]
     pub surface_pressure: f64,
     /// Density of the water, for depth and speed from pressure; the report's 1.94 slug/ft^3.
@@ -305,8 +303,8 @@ pub struct Feedback {
 /// The parameters `gains.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct GainsParameters {
-    /// Source of the gains of the dive loops: fixed, scheduled (on speed by gains.model), adaptive (scheduled on
-    /// the identified model while that is trusted) or file (scheduled on the model in gains.file).
+    /// Source of the gains of the dive loops: fixed, scheduled (on speed by gains.model), adaptive (scheduled on the identified model while this
+    /// model is trusted) or file (scheduled on the model in gains.file).
     #[parameter(default = GainSource::Fixed)]
     pub source: GainSource,
     /// Path of an identified model from dive_planes to pitch_rate (sysid fit --model), for gains.source file;

@@ -16,7 +16,7 @@ const DESIGN_SPEED: f64 = 5.0 * FOOT;
 /// The speed regulator: the parameters `speed.*`.
 #[derive(Clone, Copy, Debug, PartialEq, planesman_parameters::Parameters)]
 pub struct SpeedLoop {
-    /// Whether speed_setpoint is held by the thrust; a setpoint on the topic is always held.
+    /// Whether the thrust controls the speed to speed_setpoint; a setpoint on the topic is always followed.
     #[parameter(default = false)]
     pub active: bool,
     /// Feed-forward gain of the speed loop: share of full thrust per speed setpoint; full thrust at 5 ft/s
@@ -30,7 +30,7 @@ pub struct SpeedLoop {
     /// Limit of the thrust command to either side, as a share of full thrust.
     #[parameter(default = 1.0, range = 0.0..=1.0)]
     pub limit: f64,
-    /// Rate limit of the speed setpoint; 0: none.
+    /// Rate limit of the speed setpoint; 0: no limit.
     #[parameter(default = 0.0, unit = "m/s^2", range = 0.0..=1e3)]
     pub setpoint_rate: f64,
 }

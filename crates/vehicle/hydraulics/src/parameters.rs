@@ -16,9 +16,8 @@ use crate::pulse_logic::{DriftOption, Options, SignChange};
 /// Every parameter of `dha_actuator`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct ActuatorParameters {
-    /// Actuator constants: a built-in actuator (auv, auv_two_speed, table_3_1 or table_4_1 of IBM 66-L03-005, or
-    /// another; a wrong name lists them), a circuit of on/off valves (dfcu), or the path of a file of either; ideal
-    /// or first_order: that `model`.
+    /// Actuator constants: a built-in actuator (auv, auv_two_speed, table_3_1 or table_4_1 of IBM 66-L03-005, or another; a wrong name lists all), a
+    /// circuit of on/off valves (dfcu), or the path of an actuator or circuit file; ideal or first_order select that `model`.
     #[parameter(default = "auv", read_only)]
     pub actuator: String,
     /// Actuator model: dha (digital hydraulic actuator), first_order (lag with rate limit) or ideal (no delay).
@@ -120,8 +119,7 @@ pub struct Leakage {
 /// The parameters `friction.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Friction {
-    /// Excess of static friction over Delta F, as a share: 0.05 gives the 'stepping' of the report's latch (III),
-    /// 0 Coulomb friction.
+    /// Excess of static friction over Delta F, as a share: 0.05 gives the 'stepping' of the report's latch (III), 0 gives pure Coulomb friction.
     #[parameter(default = 0.0, range = 0.0..=1.0)]
     pub stepping: f64,
 }

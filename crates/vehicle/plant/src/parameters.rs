@@ -32,7 +32,7 @@ pub struct PlantParameters {
     /// Propulsion: held (constant speed), or thrust (commanded thrust against the drag).
     #[parameter(default = Propulsion::Held)]
     pub propulsion: Propulsion,
-    /// Law of the restoring moment over pitch: sine (hydrostatics), small_angle (the report's form) or none.
+    /// Law of the restoring moment as a function of pitch: sine (hydrostatics), small_angle (the report's form) or none.
     #[parameter(default = RestoringMoment::Sine)]
     pub restoring: RestoringMoment,
     /// Law of the pitch damping: coefficient (the vehicle's M'q), quadratic (the hull's drag N |q| q), or its
@@ -58,7 +58,7 @@ pub struct PlantParameters {
     /// Sampling time of the loop; the report sampled at 20 Hz.
     #[parameter(default = 0.05, unit = "s", range = 1e-4..=1.0, read_only)]
     pub tick: f64,
-    /// Longest step of the integration, which takes shorter ones where its error asks for them.
+    /// Longest step of the integration; the integration error may require shorter steps.
     #[parameter(default = 0.05, unit = "s", range = 1e-5..=0.1, read_only)]
     pub step: f64,
     /// Prefix of all frames, to distinguish vehicles on one /tf: 'auv2/'.
@@ -92,15 +92,15 @@ pub struct PlantParameters {
     /// Simulated time after which the vehicle stops; 0: never.
     #[parameter(default = 0.0, unit = "s", range = 0.0..=1e7, read_only)]
     pub duration: f64,
-    /// Whether the node ends when the duration is flown, for a launch file that is to end with it.
+    /// Whether the node ends when the duration is over, for a launch file that should end with the node.
     #[parameter(default = false, read_only)]
     pub end_when_flown: bool,
     /// Whether the sensors' topics are published reliably, for a recorder that must not lose messages, instead of
     /// best effort; always in lockstep.
     #[parameter(default = false, read_only)]
     pub reliable_sensors: bool,
-    /// Largest age of an actuator's answer that is used when that of the tick is late, for a loop over a slow
-    /// link; 0: the last angle is held at once. Not in lockstep, which waits.
+    /// Largest age of an older actuator answer that is used while the answer of the tick is late, for a loop over a slow link; 0: the last angle is
+    /// held at once. Not used in lockstep, which waits.
     #[parameter(default = 0, unit = "ticks", range = 0.0..=100.0)]
     pub delay_budget: i64,
     /// Time without the actuator's answer, in lockstep (by the wall clock) without an answer that the tick waits for,
@@ -164,7 +164,7 @@ pub struct Seaway {
     /// Period of the peak of the wave spectrum.
     #[parameter(default = 3.0, unit = "s", range = 0.1..=60.0)]
     pub period: f64,
-    /// Damping ratio of the filter that shapes the waves; the smaller, the more regular.
+    /// Damping ratio of the filter that shapes the waves; a smaller ratio gives more regular waves.
     #[parameter(default = 0.1, range = 0.001..=1.0)]
     pub damping: f64,
 }
@@ -186,7 +186,7 @@ pub struct Tether {
 /// The parameters `sensors.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct SensorParameters {
-    /// Whether the sensors have the errors below; false: they give the truth through their calibrations.
+    /// Whether the sensors have the errors below; false: they give true values through their calibrations.
     #[parameter(default = true)]
     pub errors: bool,
     /// `sensors.gyro.*`.
@@ -224,7 +224,7 @@ pub struct Gyro {
     pub bias: f64,
     /// `sensors.gyro.drift.*`.
     pub drift: Drift,
-    /// Standard deviation of the noise of each rate gyro; assumed, the report gives none.
+    /// Standard deviation of the noise of each rate gyro; assumed, because the report does not state it.
     #[parameter(default = 0.005, unit = "V", range = 0.0..=1.0)]
     pub noise: f64,
 }
@@ -243,10 +243,10 @@ pub struct Drift {
 /// The parameters `sensors.accelerometer.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Accelerometer {
-    /// Constant bias of each accelerometer; the report's vehicle had none.
+    /// Constant bias of each accelerometer; the report's vehicle had no accelerometers.
     #[parameter(default = 0.0, unit = "m/s^2", range = -10.0..=10.0)]
     pub bias: f64,
-    /// Standard deviation of the noise of each accelerometer, as of a small MEMS unit.
+    /// Standard deviation of the noise of each accelerometer, typical of a small MEMS unit.
     #[parameter(default = 0.02, unit = "m/s^2", range = 0.0..=10.0)]
     pub noise: f64,
 }
@@ -261,13 +261,13 @@ pub struct Depth {
     /// Known output of the depth cell at the surface (Fig. 38); 0 as zeroed on the bench.
     #[parameter(default = 1.627, unit = "V", range = -10.0..=10.0)]
     pub zero: f64,
-    /// Largest output of the depth cell, 0: no limit; that of the 1988 report, 10 V, is reached at 32.58 in
+    /// Largest output of the depth cell; 0: no limit. The limit of the 1988 report, 10 V, is reached at 32.58 in
     #[parameter(default = 0.0, unit = "V", range = 0.0..=1000.0)]
     pub saturation: f64,
-    /// Unknown zero error of the depth cell; the report's shift of 1.627 V was one until it was noticed.
+    /// Unknown zero error of the depth cell, like the report's shift of 1.627 V before it was noticed.
     #[parameter(default = 0.0, unit = "V", range = -10.0..=10.0)]
     pub bias: f64,
-    /// Standard deviation of the noise of the depth cell; assumed, the report gives none.
+    /// Standard deviation of the noise of the depth cell; assumed, because the report does not state it.
     #[parameter(default = 0.005, unit = "V", range = 0.0..=10.0)]
     pub noise: f64,
 }
@@ -279,13 +279,13 @@ pub struct Speed {
     /// affects the reading; 0: full lines, no effect of pitch.
     #[parameter(default = 0.3683, unit = "m", range = 0.0..=100.0)]
     pub dry_lines: f64,
-    /// Largest output of the speed cell, 0: no limit; that of the 1988 report, 10 V, is reached at 2.07 ft/s
+    /// Largest output of the speed cell; 0: no limit. The limit of the 1988 report, 10 V, is reached at 2.07 ft/s
     #[parameter(default = 0.0, unit = "V", range = 0.0..=1000.0)]
     pub saturation: f64,
     /// Zero error of the speed cell.
     #[parameter(default = 0.0, unit = "V", range = -10.0..=10.0)]
     pub bias: f64,
-    /// Standard deviation of the noise of the speed cell; assumed, the report gives none.
+    /// Standard deviation of the noise of the speed cell; assumed, because the report does not state it.
     #[parameter(default = 0.005, unit = "V", range = 0.0..=10.0)]
     pub noise: f64,
 }
@@ -295,10 +295,10 @@ pub struct Speed {
 pub struct Daq {
     /// `daq.dive_planes.*`.
     pub dive_planes: DivePlanes,
-    /// Conditioning of the pitch-rate channel: none, s/(s+k), its square, or the relay comparator (pp. 69, 90).
+    /// Conditioning of the pitch-rate channel: none, the high-pass filter s/(s+k), the same filter twice, or the relay comparator (pp. 69, 90).
     #[parameter(default = Filter::None)]
     pub conditioning: Filter,
-    /// Corner frequency k of the high-pass filters; the report gives none.
+    /// Corner frequency k of the high-pass filters; the report does not state it.
     #[parameter(default = 0.1, unit = "rad/s", range = 0.0..=100.0)]
     pub high_pass: f64,
     /// Offset added before the comparator, so that its input stays positive.
@@ -315,7 +315,7 @@ pub struct DivePlanes {
     /// at neutral.
     #[parameter(default = 2.44, unit = "V", range = 0.0..=10.0)]
     pub compensation: f64,
-    /// Standard deviation of the noise of the dive-plane channel; the report gives none.
+    /// Standard deviation of the noise of the dive-plane channel; the report does not state it.
     #[parameter(default = 0.0, unit = "V", range = 0.0..=10.0)]
     pub noise: f64,
 }
@@ -323,7 +323,7 @@ pub struct DivePlanes {
 /// The parameters `daq.adc.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct AdcParameters {
-    /// Resolution of the converter in bits; assumed, the report gives none. 0: neither rounding nor limit.
+    /// Resolution of the converter in bits; assumed, because the report does not state it. 0: neither rounding nor limit.
     #[parameter(default = 12, range = 0..=32)]
     pub bits: u32,
     /// Full scale of the converter to either side; assumed.

@@ -15,7 +15,7 @@ pub struct Trust {
     /// Delay from the stamp of an identified model to its use, so that message latency has no effect.
     #[parameter(default = 1.0, unit = "s", range = 0.0..=60.0)]
     pub delay: f64,
-    /// Largest age of an identified model that is used.
+    /// Maximum age at which an identified model is still used.
     #[parameter(default = 5.0, unit = "s", range = 0.0..=3600.0)]
     pub oldest: f64,
     /// Largest relative standard deviation of K/J and B/J of a model that is used.

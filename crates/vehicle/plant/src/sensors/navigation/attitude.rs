@@ -17,7 +17,7 @@ pub struct AttitudeReference {
     /// Whether an attitude and heading reference fills the orientation of imu, from the body to east, north, up.
     #[parameter(default = false)]
     pub enabled: bool,
-    /// Standard deviation about a level axis; assumed.
+    /// Standard deviation of the error about each horizontal axis; assumed.
     #[parameter(default = 0.002, unit = "rad", range = 0.0..=1.0)]
     pub noise: f64,
     /// Standard deviation of the heading; assumed.

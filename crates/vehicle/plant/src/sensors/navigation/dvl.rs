@@ -34,13 +34,13 @@ pub struct Dvl {
     /// Measurements of the Doppler velocity log (dvl, dvl_water, altitude), at most one a tick; 0: off.
     #[parameter(default = 0.0, unit = "Hz", range = 0.0..=1000.0, read_only)]
     pub rate: f64,
-    /// Standard deviation of the velocity along each of the four beams, with bottom lock; assumed, as all of this sensor.
+    /// Standard deviation of the velocity along each of the four beams, with bottom lock; assumed, like all values of this sensor.
     #[parameter(default = 0.005, unit = "m/s", range = 0.0..=10.0)]
     pub noise: f64,
     /// Standard deviation of the velocity along each of the four beams, with water lock.
     #[parameter(default = 0.02, unit = "m/s", range = 0.0..=10.0)]
     pub water_noise: f64,
-    /// Relative error of all velocities, as of a wrong speed of sound.
+    /// Relative error of all velocities, for example because of a wrong speed of sound.
     #[parameter(default = 0.0, range = -0.5..=0.5)]
     pub scale: f64,
     /// Standard deviation of the altitude.
@@ -49,7 +49,7 @@ pub struct Dvl {
     /// Largest distance to the bottom along a beam, for bottom lock.
     #[parameter(default = 50.0, unit = "m", range = 0.0..=11_000.0)]
     pub range: f64,
-    /// Probability that a measurement gives nothing.
+    /// Probability that a measurement gives no result.
     #[parameter(default = 0.0, range = 0.0..=1.0)]
     pub dropout: f64,
 }

@@ -25,7 +25,7 @@ pub struct Gps {
     /// Constant error to the east and to the north.
     #[parameter(default = 0.0, unit = "m", range = -1000.0..=1000.0)]
     pub bias: f64,
-    /// Height of the antenna above the body's origin. There is a fix while it is out of the water.
+    /// Height of the antenna above the body's origin. There is a fix while the antenna is out of the water.
     #[parameter(default = 0.1, unit = "m", range = 0.0..=100.0, read_only)]
     pub antenna: f64,
 }

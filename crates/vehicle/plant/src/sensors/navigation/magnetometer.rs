@@ -18,10 +18,10 @@ use crate::sensors::noise::{Source, Stream};
 /// Its parameters are `environment.earth_field.*`.
 #[derive(Clone, Copy, Debug, PartialEq, Parameters)]
 pub struct EarthField {
-    /// Strength of the earth's magnetic field; it, declination and inclination are those of Monterey Bay in 2025 (World Magnetic Model).
+    /// Strength of the earth's magnetic field; strength, declination and inclination are the values for Monterey Bay in 2025 (World Magnetic Model).
     #[parameter(default = 46.9e-6, unit = "T", range = 0.0..=1e-3)]
     pub strength: f64,
-    /// Declination: magnetic north is so far east of true north.
+    /// Declination: angle of magnetic north east of true north.
     #[parameter(default = 0.221, unit = "rad", range = -PI..=PI)]
     pub declination: f64,
     /// Inclination of the magnetic field below the horizon.

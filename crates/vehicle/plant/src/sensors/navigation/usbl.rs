@@ -17,7 +17,7 @@ pub struct Usbl {
     /// Measurements of the ultra-short baseline (usbl), whose transceiver is at the origin of map; at most one a tick; 0: off.
     #[parameter(default = 0.0, unit = "Hz", range = 0.0..=1000.0, read_only)]
     pub rate: f64,
-    /// Standard deviation along each axis, close by; assumed.
+    /// Standard deviation along each axis at short range; assumed.
     #[parameter(default = 0.2, unit = "m", range = 0.0..=1000.0)]
     pub noise: f64,
     /// Further standard deviation along each axis, as a share of the slant range; assumed.
