@@ -1,5 +1,5 @@
-//! `planesman bag play --lockstep --through NODE`: plays a bag's inputs through one node, tick by tick, and compares its outputs with the
-//! recorded ones.
+//! `planesman bag play --lockstep --through NODE`: plays a bag's inputs through one node, tick by tick, and compares its outputs with the recorded
+//! outputs.
 //!
 //! The inputs with one stamp are published in the recorded order; inputs with the next stamp only after the node has answered. So the result does not
 //! depend on the speed of the machine. `/clock` gives the time.
@@ -19,7 +19,7 @@ use player::Player;
 
 pub use plan::PlayArgs;
 
-/// Plays the bag and prints the comparison. Returns whether the outputs equal the recorded ones.
+/// Plays the bag and prints the comparison. Returns whether the outputs equal the recorded outputs.
 ///
 /// # Errors
 /// A bag that lacks the inputs or outputs, a node that does not start or answer, a file that cannot be written.

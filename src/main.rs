@@ -294,7 +294,7 @@ enum BagCommand {
         after_help = help(&["Examples:\n  planesman bag diff before.mcap after.mcap\n  planesman bag diff runs/a/bag runs/b/bag --ignore tick_answer --html diff.html\n  planesman bag diff expected.csv dive.mcap --tolerance depth=1e-9", EXIT_CODES])
     )]
     Diff(bag_command::DiffArgs),
-    /// Play a bag's inputs through one node in lockstep, and compare its outputs with the recorded ones; exit status 4 if they differ
+    /// Play a bag's inputs through one node in lockstep, and compare its outputs with the recorded outputs; exit status 4 if they differ
     #[command(
         override_usage = "planesman bag play --lockstep --through NODE [OPTIONS] BAG [-- CMD...]",
         after_help = help(&["Examples:\n  planesman bag play runs/dive/bag --lockstep --through controller\n  planesman bag play runs/dive/bag --lockstep --through controller \\\n      -p pitch.p:=0.71\n  planesman bag play runs/dive/bag --lockstep --through own --input state \\\n      --output plane_command -- python3 own.py --ros-args -r __ns:=/auv", EXIT_CODES])

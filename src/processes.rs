@@ -207,7 +207,7 @@ fn ended(child: &mut Child, deadline: Instant) -> Option<ExitStatus> {
     }
 }
 
-/// The remapping of `/clock` for a vehicle in a namespace of its own.
+/// The remapping of `/clock` for a vehicle in a separate namespace.
 fn own_clock(namespace: &str) -> Vec<String> {
     match namespace.trim_end_matches('/') {
         NAMESPACE => Vec::new(),

@@ -119,7 +119,7 @@ impl ReviewArgs {
 /// Writes the page and prints its conclusion. Without a usable model the page explains this, and gives the next step.
 ///
 /// # Errors
-/// As [`planesman_fit::fit`], [`planesman_tuning::tune`] and [`planesman_show::design::DiveTask::gains`]; the page is still written unless no
+/// Like [`planesman_fit::fit`], [`planesman_tuning::tune`] and [`planesman_show::design::DiveTask::gains`]; the page is still written unless no
 /// data could be read. A page that cannot be written.
 pub fn run(args: &ReviewArgs) -> Result<()> {
     let options = args.options()?;

@@ -37,7 +37,7 @@ pub enum Error {
     LeftOver {
         /// The message that was expected.
         type_name: &'static str,
-        /// How many bytes remain.
+        /// Number of remaining bytes.
         count: usize,
     },
 }

@@ -72,7 +72,7 @@ impl Watch {
 /// Like [`released`], with a callback for progress.
 ///
 /// # Errors
-/// As [`released`], and the exception of the callback.
+/// Like [`released`], and the exception of the callback.
 pub(crate) fn watched<T: Send>(
     py: Python<'_>,
     watch: &Watch,

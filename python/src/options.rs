@@ -161,7 +161,7 @@ impl Keywords {
     /// Takes the options of a transfer function.
     ///
     /// # Errors
-    /// As [`Self::fit`].
+    /// Same as [`Self::fit`].
     pub(crate) fn transfer(mut self) -> Result<Transfer> {
         let base = self.read("base", |it| Ok(it.to_owned()))?;
         let input = |it: &str| choose(it, &Input::ALL, Input::described, |_| &[]);
@@ -182,7 +182,7 @@ impl Keywords {
     /// Takes the options for reading data.
     ///
     /// # Errors
-    /// As [`Self::fit`].
+    /// Same as [`Self::fit`].
     pub(crate) fn only_data(mut self, sources: Sources) -> Result<DataOptions> {
         let options = self.declared(DataOptions::default())?;
         self.end()?;

@@ -32,7 +32,7 @@ const DISCOVERY_TIMEOUT: Duration = Duration::from_secs(30);
 const DRAIN_TIMEOUT: Duration = Duration::from_secs(10);
 /// Timeout for the vehicle to confirm its stop.
 const STOP_TIMEOUT: Duration = Duration::from_secs(10);
-/// The same two timeouts after an interrupt.
+/// Timeouts for the last messages and for the confirmation of the stop, after an interrupt.
 const INTERRUPT_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// A node to be launched.

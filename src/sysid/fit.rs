@@ -134,7 +134,7 @@ fn model_path(text: &str) -> Result<PathBuf, String> {
 /// Prints the model, and writes the model file and the page.
 ///
 /// # Errors
-/// As [`planesman_fit::fit`]; a model, file or page that cannot be written.
+/// Like [`planesman_fit::fit`]; a model, file or page that cannot be written.
 pub fn run(args: &FitArgs) -> Result<()> {
     let options = FitOptions::try_from(args)?;
     let measures_response = options.method == MethodChoice::One(Method::Frf);

@@ -59,7 +59,7 @@ impl ReplayArgs {
     /// Replays the data.
     ///
     /// # Errors
-    /// As [`run`].
+    /// Same as [`run`].
     pub fn replay(&self) -> Result<Replay> {
         let mut changes = self.changes()?;
         let data = DataOptions::from(&self.data);

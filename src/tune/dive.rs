@@ -130,7 +130,7 @@ impl DiveFileArgs {
 /// The gains in the form of a review.
 ///
 /// # Errors
-/// As [`DiveTask::depths`].
+/// Same as [`DiveTask::depths`].
 pub(crate) fn review(task: &DiveTask, found: &DiveGains, seed: u32) -> Result<Gains<'static>> {
     let [margins, steps] = [0..3, 3..5].map(|of| table(&rows(found)[of]));
     let phase = found.phase();
@@ -286,7 +286,7 @@ const OWN: [&str; 5] = [
     "sweep/cases.parquet",
 ];
 
-/// Flies a depth step with the model's vehicle and with drawn ones; each is a model file in the folder.
+/// Flies a depth step with the model's vehicle and with the drawn vehicles; each is a model file in the folder.
 fn fly(folder: &Path, task: &DiveTask, found: &DiveGains) -> Result<()> {
     make_way_for_folder(folder, &OWN)?;
     std::fs::create_dir(folder).with_context(|| format!("'{}'", folder.display()))?;

@@ -35,7 +35,7 @@ impl GainArgs {
     /// The gains for a model: gains of the depth and pitch loops if it is a model of the vehicle's pitch, unless a controller is requested.
     ///
     /// # Errors
-    /// As [`tune`] and [`DiveTask::gains`].
+    /// Like [`tune`] and [`DiveTask::gains`].
     pub(crate) fn gains(&self, model: ModelFile) -> Result<Gains> {
         let asked = self.controller.method.is_some() || self.controller.controller.is_some();
         if identified::is_of_pitch(&model) && !asked {

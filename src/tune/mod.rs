@@ -66,7 +66,7 @@ pub struct TuneArgs {
 /// time constants and dead time; a larger model gives no intervals for its modes.
 ///
 /// # Errors
-/// As [`FitData::fit`] of the default model.
+/// Like [`FitData::fit`] of the default model.
 pub(crate) fn model_for_gains(
     data: &FitData,
     options: &FitOptions,
@@ -124,7 +124,7 @@ impl TuneArgs {
 /// Prints the gains and writes the page.
 ///
 /// # Errors
-/// As [`planesman_fit::fit`], [`planesman_tuning::tune`] and [`planesman_show::design::DiveTask::gains`]; a page that cannot be written.
+/// Like [`planesman_fit::fit`], [`planesman_tuning::tune`] and [`planesman_show::design::DiveTask::gains`]; a page that cannot be written.
 pub fn run(args: &TuneArgs) -> Result<()> {
     let found = match args.gains.gains(args.model()?)? {
         Gains::Dive(task, found) => {

@@ -79,7 +79,7 @@ pub(crate) fn flight(bag: &Path) -> Flight {
     flight
 }
 
-/// As [`flight`], of a bag that was closed.
+/// Like [`flight`], of a bag that was closed.
 pub(crate) fn whole_flight(bag: &Path) -> Flight {
     let flight = flight(bag);
     assert!(flight.is_whole);

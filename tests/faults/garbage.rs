@@ -86,7 +86,7 @@ fn made_by(maker: Maker) -> impl FnOnce(u16, Vec<Vec<u8>>) -> Source {
     }
 }
 
-/// As [`lives_through`], for [`DURATION`]; and the loop keeps more than half of its speed.
+/// Like [`lives_through`], for [`DURATION`]; and the loop keeps more than half of its speed.
 fn flies_on(maker: Maker) {
     let [before, during, _] = lives_through(made_by(maker), DURATION);
     assert!(during > before / 2.0, "{during} of {before} ticks a second");
@@ -458,7 +458,7 @@ fn invented(chance: &mut Pcg64, announced: &[Vec<u8>]) -> Vec<u8> {
     packet
 }
 
-/// As [`invented`], but all of them where the first real one listens, who gets what they are sent.
+/// Like [`invented`], but all of them where the first real one listens, who gets what they are sent.
 fn invented_elsewhere(chance: &mut Pcg64, announced: &[Vec<u8>]) -> Vec<u8> {
     let real = &announced[0];
     let own = real[8..HEADER].to_vec();

@@ -75,7 +75,7 @@ fn trial(name: String, always: bool, run: impl FnOnce() + Send + 'static) -> Tri
     trial_where(|| Ok(()), name, always, run)
 }
 
-/// As [`trial`], skipped with the reason where it is not possible.
+/// Like [`trial`], skipped with the reason where it is not possible.
 fn trial_where(
     possible: fn() -> Result<(), String>,
     name: String,

@@ -156,7 +156,7 @@ impl Python {
         self.run_as(program, domain, arguments, &[])
     }
 
-    /// As [`run`](Self::run), with more in the environment.
+    /// Like [`run`](Self::run), with more in the environment.
     pub(crate) fn run_as(
         &self,
         program: &str,

@@ -75,7 +75,7 @@ impl Page {
         self.try_answer(request, headers, body).unwrap()
     }
 
-    /// As [`answer`](Self::answer), where others may have taken the connection's place.
+    /// Like [`answer`](Self::answer), where others may have taken the connection's place.
     pub(crate) fn try_answer(
         &self,
         request: &str,

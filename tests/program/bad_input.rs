@@ -26,7 +26,7 @@ fn refused(stage: &Stage, code: i32, arguments: &[&str], says: &[&str]) {
     refused_as(stage, code, arguments, &[], says);
 }
 
-/// As [`refused`], with more in the environment.
+/// Like [`refused`], with more in the environment.
 fn refused_as(
     stage: &Stage,
     code: i32,

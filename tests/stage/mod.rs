@@ -45,7 +45,7 @@ pub(crate) fn eventually<T>(what: &str, look: impl FnMut() -> Option<T>) -> T {
     within(PATIENCE, what, look)
 }
 
-/// As [`eventually`], for what is long work: how long it takes is the machine's.
+/// Like [`eventually`], for what is long work: how long it takes is the machine's.
 fn within<T>(patience: Duration, what: &str, mut look: impl FnMut() -> Option<T>) -> T {
     let deadline = Instant::now() + patience;
     loop {
@@ -123,12 +123,12 @@ impl Stage {
         self.start_as(arguments, &[])
     }
 
-    /// As [`start`](Self::start), with more in the environment.
+    /// Like [`start`](Self::start), with more in the environment.
     pub(crate) fn start_as(&self, arguments: &[&str], variables: &[(&str, &str)]) -> Process {
         self.start_at(&[], arguments, variables)
     }
 
-    /// As [`start_as`](Self::start_as), behind the arguments of a command that becomes the program somewhere else.
+    /// Like [`start_as`](Self::start_as), behind the arguments of a command that becomes the program somewhere else.
     pub(crate) fn start_at(
         &self,
         place: &[String],

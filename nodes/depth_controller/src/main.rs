@@ -1,4 +1,4 @@
-//! The `depth_controller` node as a program of its own.
+//! The `depth_controller` node as a separate program.
 
 use std::process::ExitCode;
 

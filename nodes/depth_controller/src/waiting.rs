@@ -1,7 +1,7 @@
 //! A vehicle state that waits until its sensor readings have arrived.
 //!
-//! The readings arrive on topics of their own, in any order. A repeated state means that the vehicle misses an answer; the readings are
-//! repeated too, perhaps after the state. A state received [`MAX_REPEATS`] times is answered without the missing readings.
+//! The readings arrive on separate topics, in any order. A repeated state means that the vehicle misses an answer; the readings are repeated too,
+//! perhaps after the state. A state received [`MAX_REPEATS`] times is answered without the missing readings.
 
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::VehicleState;

@@ -1,4 +1,4 @@
-//! The `dha_actuator` node as a program of its own.
+//! The `dha_actuator` node as a separate program.
 
 use std::process::ExitCode;
 

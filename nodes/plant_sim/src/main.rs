@@ -1,4 +1,4 @@
-//! The `plant_sim` node as a program of its own.
+//! The `plant_sim` node as a separate program.
 
 use std::process::ExitCode;
 

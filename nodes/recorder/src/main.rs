@@ -1,4 +1,4 @@
-//! The `recorder` node as a program of its own.
+//! The `recorder` node as a separate program.
 
 use std::process::ExitCode;
 

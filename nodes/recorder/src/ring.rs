@@ -36,7 +36,7 @@ impl Ring {
         }
     }
 
-    /// Adds a message, and drops the oldest ones beyond the limit.
+    /// Adds a message, and drops the oldest messages beyond the limit.
     pub fn keep(&mut self, message: Kept) {
         self.bytes += message.sample.bytes.len() as u64;
         self.messages.push_back(message);

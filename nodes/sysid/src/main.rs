@@ -1,4 +1,4 @@
-//! The node `sysid` as a program of its own; the commands on recorded data are `planesman sysid`.
+//! The node `sysid` as a separate program; the commands on recorded data are `planesman sysid`.
 
 use std::process::ExitCode;
 

@@ -18,7 +18,7 @@ pub struct Line<'a> {
 }
 
 impl Line<'_> {
-    /// The verdict as text; for a number without one, the reason.
+    /// The verdict as text; for a number without a verdict, the reason.
     #[must_use]
     pub fn told(&self) -> String {
         match (self.verdict, self.value) {

@@ -29,7 +29,7 @@ pub struct Entry {
     pub note: Option<String>,
     /// Recorded verdict; a different new one is a change.
     pub verdict: Option<Verdict>,
-    /// Whether it is a constant used as a model input: reading it back checks only that it was copied correctly.
+    /// Whether the number is a constant used as a model input: reading it back checks only that it was copied correctly.
     #[serde(default)]
     pub input: bool,
     /// Whether a model constant was calibrated on this number: then its agreement does not validate the model.

@@ -190,7 +190,7 @@ impl Equation7 {
     /// (7b), `z / q`, with `D2` multiplied by a factor: 1 by the formula, [`D2_ANOMALY`] as printed.
     ///
     /// # Errors
-    /// As [`Equation7::pitch_rate`].
+    /// Same as [`Equation7::pitch_rate`].
     pub fn depth(&self, depth_rate: DepthRate, d2_factor: f64) -> Result<TransferFunction, Error> {
         let [d1, d2, d3] = self.depth_denominator();
         TransferFunction::new(
@@ -202,7 +202,7 @@ impl Equation7 {
     /// (7b) with the pole and zero at `s = -a2 / b2` cancelled, by the formulas.
     ///
     /// # Errors
-    /// As [`Equation7::pitch_rate`].
+    /// Same as [`Equation7::pitch_rate`].
     pub fn depth_minimal(&self, depth_rate: DepthRate) -> Result<TransferFunction, Error> {
         let [n1, n2, n3, _] = self.depth_numerator(depth_rate);
         let [e, f] = self.numerator();
@@ -339,7 +339,7 @@ pub mod table_8 {
     /// [`depth_fourth_order`] as printed in Table 8, with [`D2_ANOMALY`].
     ///
     /// # Errors
-    /// As [`depth_fourth_order`].
+    /// Same as [`depth_fourth_order`].
     pub fn depth_as_printed(feet_per_second: f64) -> Result<TransferFunction, Error> {
         depth_fourth_order(feet_per_second, D2_ANOMALY)
     }
@@ -366,7 +366,7 @@ pub fn pitch_rate_in_volts(
 /// Depth over plane angle, in depth cell volts per plane volt, for any vehicle at a speed \[m/s\].
 ///
 /// # Errors
-/// As [`pitch_rate_in_volts`].
+/// Same as [`pitch_rate_in_volts`].
 pub fn depth_in_volts(vehicle: &Vehicle, speed: f64, dt: f64) -> Result<TransferFunction, Error> {
     Ok(scaled(
         sampled(vehicle, speed, dt, Output::Depth)?,

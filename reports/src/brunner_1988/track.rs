@@ -115,7 +115,7 @@ impl Track {
             .map_or(0.0, |(t, _)| t)
     }
 
-    /// Range of the pitch, highest less lowest \[rad\], between two times.
+    /// Range of the pitch, highest minus lowest \[rad\], between two times.
     #[must_use]
     pub fn pitch_swing(&self, from: f64, to: f64) -> f64 {
         let within = self

@@ -116,7 +116,7 @@ impl Case {
         self.step_limit_from(sign, Start::default())
     }
 
-    /// As [`Case::step_limit`], from an initial state.
+    /// Like [`Case::step_limit`], from an initial state.
     pub(crate) fn step_limit_from(&self, sign: i32, start: Start) -> i32 {
         let largest = (1..=LARGEST_STEP)
             .rev()

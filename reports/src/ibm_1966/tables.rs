@@ -3,7 +3,7 @@
 //! Table 2-1 shows that the simulation of Phase III agrees with that of Phase I. Table 4-2 is the flight simulation with the actuator of Table 4-1.
 //! Table 3-2 compares the laboratory hardware with its mathematical model, with the actuator of Table 3-1.
 //!
-//! **Table 3-2 does not follow from the same loop**: its gain margins are 1.5 to 3 below the simulated ones, its negative steps 2 to 5.
+//! Table 3-2 does not follow from the same loop: its gain margins are lower by 1.5 to 3 than the simulated margins, its negative steps by 2 to 5.
 //! [`Case::adjusted`] has the changes that explain most of it with the same missile: 10 ms more transport delay (about one cycle; the hardware's
 //! interface had a "delay generation logic", and the list of symbols has a T_D without a value) and 8 % more friction. This is a conjecture;
 //! docs/dha.md has a missile and a delay that explain all of it.

@@ -94,7 +94,7 @@ pub struct Case {
 pub struct Expected {
     /// Peak-to-peak depth, in.
     pub depth: Option<f64>,
-    /// Mean depth less the setpoint, in.
+    /// Mean depth minus the setpoint, in.
     pub error: Option<f64>,
     /// Peak-to-peak plane angle, deg.
     pub planes: Option<f64>,
@@ -155,7 +155,7 @@ impl Dive {
 pub struct LimitCycle {
     /// Peak-to-peak depth, m.
     pub depth: f64,
-    /// Mean depth less the setpoint, m.
+    /// Mean depth minus the setpoint, m.
     pub error: f64,
     /// Peak-to-peak plane angle, rad.
     pub planes: f64,

@@ -274,7 +274,7 @@ const IRREGULAR: &str = "Irregular motions: the smallest and largest values in w
 const SIMULATED: usize = 7;
 /// Number of columns up to and including the kind of motion.
 const FOUND: usize = 15;
-/// Column headers; the last ones are for irregular motions.
+/// Column headers; the last columns are for irregular motions.
 const COLUMNS: [&str; 21] = [
     "configuration",
     "M_theta",

@@ -220,7 +220,7 @@ fn every_help_text_has_an_example_within_eighty_columns() {
     }
 }
 
-/// As `planesman frequency` and `tf --as-printed` hand them over.
+/// Like `planesman frequency` and `tf --as-printed` hand them over.
 #[test]
 fn what_the_program_hands_over_is_printed() {
     for (arguments, says) in [

@@ -21,7 +21,7 @@ pub fn bar(what: &'static str, steps: usize) -> ProgressBar {
     bar_with(what, steps as u64, 0)
 }
 
-/// As [`bar`], with `done` steps done before.
+/// Like [`bar`], with `done` steps done before.
 #[must_use]
 pub fn bar_with(what: &'static str, steps: u64, done: u64) -> ProgressBar {
     let bar = ProgressBar::new(steps).with_position(done);

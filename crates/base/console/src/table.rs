@@ -49,7 +49,7 @@ impl Table {
         Self::of(columns)
     }
 
-    /// As [`Table::new`], for any number of columns.
+    /// Like [`Table::new`], for any number of columns.
     #[must_use]
     pub fn of<'a>(columns: impl IntoIterator<Item = &'a str>) -> Self {
         Self {

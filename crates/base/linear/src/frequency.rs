@@ -180,7 +180,7 @@ pub fn gain_margins(
         .collect()
 }
 
-/// As [`gain_margins`], for gain crossovers.
+/// Like [`gain_margins`], for gain crossovers.
 #[must_use]
 pub fn phase_margins(
     response: &[(f64, Complex<f64>)],

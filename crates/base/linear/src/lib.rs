@@ -4,7 +4,7 @@
 //! - [`routh`]: stability from coefficients.
 //! - [`state_space`]: `x' = A x + B u, y = C x + D u`, zero-order hold, poles, transfer functions.
 //! - [`transfer_function`]: ratios of polynomials in `s` or `z`; difference equations.
-//! - [`frequency`]: open loops, with dead time too: crossovers, gain and phase margins, sensitivity.
+//! - [`frequency`]: open loops, including those with dead time: crossovers, gain and phase margins, sensitivity.
 //! - [`Sampled`]: a continuous system with a sampled input, exact at the ticks.
 //! - [`pitch`]: equations of pitch and heave, shared by vehicles and identification.
 //! - [`poles`]: mapping between the `z` plane and the `s` plane; eigenvalues.

@@ -23,7 +23,7 @@ pub fn first_below_zero(low: f64, high: f64, margin: impl Fn(f64) -> (f64, f64))
     below_zero_near(0.5 * (low + high), low, high, margin)
 }
 
-/// As [`first_below_zero`], for a zero that is probably near `t`.
+/// Like [`first_below_zero`], for a zero that is probably near `t`.
 #[must_use]
 pub fn below_zero_near(
     mut t: f64,

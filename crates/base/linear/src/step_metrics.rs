@@ -4,9 +4,9 @@
 //! direction:
 //!
 //! - **rise time**: from first reaching 10 % to first reaching 90 %;
-//! - **overshoot**: the highest value less 1, in percent, not below 0;
+//! - **overshoot**: the highest value minus 1, in percent, not below 0;
 //! - **settling time**: from the step to the last entry into the band of 2 % (5 %) about 1;
-//! - **steady error**: `to` less the mean over the last tenth of the record, unscaled;
+//! - **steady error**: `to` minus the mean over the last tenth of the record, unscaled;
 //! - **ITAE**: the integral of the time since the step times the scaled response's absolute error from 1.
 //!
 //! Between samples the response is assumed linear. These are the usual definitions (Franklin, Powell and Emami-Naeini, *Feedback Control of
@@ -28,7 +28,7 @@ pub struct StepMetrics {
     pub settling_time: Option<f64>,
     /// Settling time to 5 % of the step; `None` if the record ends outside the band.
     pub settling_time_5: Option<f64>,
-    /// `to` less the final value, in the unit of the values.
+    /// `to` minus the final value, in the unit of the values.
     pub steady_error: f64,
     /// `int t |1 - y| dt`, in the square of the unit of the times.
     pub itae: f64,

@@ -33,7 +33,7 @@ impl Write for Filter<'_, '_> {
     }
 }
 
-/// Whether a character has an effect besides being displayed.
+/// Whether a character also has an effect, in addition to being displayed.
 fn acts(sign: char) -> bool {
     let is_layout = matches!(sign, '\n' | '\t');
     let turns =

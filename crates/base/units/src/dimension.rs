@@ -1,7 +1,7 @@
 //! Dimensions, and the units of each.
 //!
 //! The foot, the inch and the pound-force are exact by definition (NIST SP 811, App. B); the slug is
-//! 1 lbf s^2/ft. `lb` is the pound-force too, as in IBM 66-L03-005, where a mass is in `lb s^2/in`.
+//! 1 lbf s^2/ft. `lb` can also mean the pound-force, as in IBM 66-L03-005, where a mass is in `lb s^2/in`.
 
 /// Metres in a foot.
 pub const FOOT: f64 = 0.3048;

@@ -188,7 +188,7 @@ pub fn within(value: f64, [least, most]: [f64; 2], unit: &'static str) -> Result
 }
 
 impl fmt::Display for Quantity {
-    /// As written, with control characters escaped.
+    /// Prints the quantity as written, with control characters escaped.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.0.escape_debug())
     }
@@ -217,7 +217,7 @@ struct Mapping {
     unit: String,
 }
 
-/// Reads either form and passes the quantity on. A number without unit is passed too, so that its refusal names the units.
+/// Reads either form and passes the quantity on. A number without unit is passed on too, so that its refusal names the units.
 pub(crate) struct Written<F>(pub(crate) F);
 
 impl<T, R: fmt::Display, F: FnOnce(Quantity) -> Result<T, R>> Written<F> {

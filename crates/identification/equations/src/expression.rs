@@ -200,7 +200,7 @@ pub(crate) struct Root {
     node: usize,
     /// The nodes that it needs, last first.
     needed: Vec<usize>,
-    /// The variables among them.
+    /// The variables among the arguments.
     pub(crate) variables: Vec<usize>,
 }
 

@@ -72,7 +72,7 @@ pub struct State {
     /// The state at the beginning of each segment of the data.
     #[serde(default)]
     pub initial: Initial,
-    /// Its unit, for people.
+    /// Unit of the signal, for display only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
 }

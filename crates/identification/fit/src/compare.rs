@@ -35,7 +35,7 @@ pub struct CompareOptions {
     pub output: Option<String>,
     /// The grid; without a rate, the grid of the first model.
     pub grid: GridOptions,
-    /// How the record is prepared.
+    /// Preparation of the record.
     pub preparation: PreparationOptions,
     /// Prediction horizons in samples, 1 to 1000 each.
     pub ahead: Vec<usize>,

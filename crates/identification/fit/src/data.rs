@@ -83,7 +83,7 @@ impl DataOptions {
         }
     }
 
-    /// The same options for other files and folders.
+    /// These options for other files and folders.
     #[must_use]
     pub fn for_files(&self, paths: Vec<PathBuf>) -> Self {
         Self {

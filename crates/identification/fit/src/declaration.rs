@@ -59,7 +59,7 @@ pub struct Kind {
     python: &'static str,
     /// The allowed words; empty for other types.
     pub words: Vec<Word>,
-    /// How many values the option takes.
+    /// Number of values that the option takes.
     pub takes: Takes,
     /// Whether a value may begin with a hyphen.
     pub hyphen: bool,
@@ -67,7 +67,7 @@ pub struct Kind {
     pub accept: fn(&str, &Range) -> Result<(), RuleError>,
 }
 
-/// How many values an option takes.
+/// Number of values that an option takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Takes {
     /// None: the option is a flag.
@@ -236,7 +236,7 @@ pub trait Slot {
 pub trait Value: Sized {
     /// Python's name of the type.
     const PYTHON: &'static str;
-    /// How many values an option of this type takes.
+    /// Number of values that an option of this type takes.
     const TAKES: Takes = Takes::One;
     /// Whether a value may begin with a hyphen; true also for numbers that the range may refuse.
     const HYPHEN: bool = true;

@@ -221,7 +221,7 @@ impl FitResult {
     /// The output of `--json`, without the information on the record.
     ///
     /// # Errors
-    /// As [`FitResult::model_file`].
+    /// Same as [`FitResult::model_file`].
     pub fn as_json(&self) -> Result<Value, FitError> {
         let Self {
             prepared,

@@ -43,7 +43,7 @@ options! {
         structure: StructureOptions;
         /// Known values of the vehicle.
         vehicle: VehicleOptions;
-        /// How the recursive methods learn.
+        /// Settings of the recursive methods.
         recursion: RecursionOptions;
         /// Also compute 95 % intervals of poles and gain by a bootstrap: fit this many records simulated with the model and its residuals
         bootstrap: Option<usize> = None, value: "RECORDS", range: Range::Count(100..=100_000), of_one: true;
@@ -80,7 +80,7 @@ impl OptionGroup for String {}
 impl OptionGroup for Vec<String> {}
 
 options! {
-    /// How samples are resampled to a grid.
+    /// Resampling of the data to a grid.
     #[derive(Clone, Debug)]
     pub struct GridOptions in "Grid" {
         /// Sampling rate of the grid (Hz) [default: the rate of the slowest output]
@@ -99,7 +99,7 @@ options! {
 }
 
 options! {
-    /// How a record is prepared before a model is fitted.
+    /// Preparation of a record before a model is fitted.
     #[derive(Clone, Copy, Debug)]
     pub struct PreparationOptions in "Preparation" {
         /// Outliers: samples far from the median of their neighbours

@@ -59,7 +59,7 @@ impl GridOptions {
         windows.iter().map(of).collect()
     }
 
-    /// The same options for other windows.
+    /// These options for other windows.
     pub(crate) fn within(&self, window: Vec<Window>) -> Self {
         Self {
             window,
@@ -67,13 +67,13 @@ impl GridOptions {
         }
     }
 
-    /// The same options with the grid's rate in Hz, unless a rate is given.
+    /// These options with the grid's rate in Hz, unless a rate is given.
     pub(crate) fn at_rate(mut self, rate: f64) -> Self {
         self.rate.get_or_insert(rate);
         self
     }
 
-    /// The same options, but outputs are averaged about each instant, if a record was decimated without a given rate.
+    /// These options, but outputs are averaged about each instant, if a record was decimated without a given rate.
     pub(crate) fn averaged_where_decimated(&self, record: &PreparedRecord) -> Option<Self> {
         let decimated = record
             .steps

@@ -83,7 +83,7 @@ impl SeveralResult {
         })
     }
 
-    /// The same with a choice of what to show; the lines about the record are printed with the first output.
+    /// The results as text, with a choice of what to show; the lines about the record are printed with the first output.
     #[must_use]
     pub fn text_as(&self, shown: Shown<'_>) -> String {
         let texts = self.outputs.iter().enumerate().map(|(number, it)| {
@@ -96,7 +96,7 @@ impl SeveralResult {
     /// The output of `--json`, without the information on the record.
     ///
     /// # Errors
-    /// As [`SeveralResult::model_file`].
+    /// Same as [`SeveralResult::model_file`].
     pub fn as_json(&self) -> Result<Value, FitError> {
         let outputs = self.outputs.iter().map(|it| {
             let inputs = it.inputs.iter().map(|input| {

@@ -11,9 +11,9 @@ use crate::fit::{data_warnings, downgrade_verdict};
 use crate::options::{FitOptions, GridOptions, Validation};
 use planesman_identification::analysis::{Reason, Verdict};
 
-/// An interval of this many usual intervals is a gap. The simulation continues through shorter ones, since the inputs are known.
+/// An interval of this many usual intervals is a gap. The simulation continues through shorter gaps, because the inputs are known.
 const GAP: f64 = 20.0;
-/// Maximum number of runs, the longest ones.
+/// Maximum number of runs; the longest runs are used.
 const MOST_RUNS: usize = 40;
 /// Samples of an input kept from before a run.
 const PAST: usize = 1000;
@@ -31,7 +31,7 @@ pub struct StampedRuns {
     pub validation: Vec<Run>,
     /// A summary of the data, one entry per line.
     pub description: Vec<String>,
-    /// How each source was read.
+    /// Information on the reading of each source.
     pub readings: Vec<Reading>,
 }
 
@@ -253,7 +253,7 @@ fn common(
     spans
 }
 
-/// The samples of a span, for an input also earlier ones; times in s from the beginning of the span.
+/// The samples of a span, and for an input also earlier samples; times in s from the beginning of the span.
 fn track(of: &Stretches, (from, to): Span, is_input: bool) -> Track {
     let all: Vec<&(i64, f64)> = of.stretches.iter().flatten().collect();
     let mut begin = all.partition_point(|it| it.0 < from);

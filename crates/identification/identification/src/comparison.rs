@@ -15,7 +15,7 @@ use crate::validation::residuals::ResidualTests;
 use planesman_record::Record;
 use planesman_record::Run;
 
-/// Sampling intervals that differ by less than this share are the same.
+/// Sampling intervals that differ by less than this share count as equal.
 const SAME_TIME: f64 = 1e-4;
 
 /// A transfer function with its noise, from any source.
@@ -33,7 +33,7 @@ pub struct GivenModel {
     pub offset: f64,
     /// The input at which the output of an integrating model is constant, input unit.
     pub input_level: f64,
-    /// Where the noise enters.
+    /// Place where the noise enters.
     pub error: Error,
     /// The variance of the noise `e`, output unit squared.
     pub noise_variance: f64,

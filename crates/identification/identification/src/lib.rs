@@ -1,8 +1,8 @@
 #![doc = include_str!("../README.md")]
 //!
 //! - [`Record`], [`Structure`], [`Problem`]: the data, the unknowns, and both together.
-//! - [`estimators`]: least squares, ARMAX, output error, recursions, a vehicle's own equations, a Kalman filter, two stages in a closed
-//!   loop: all with one trait.
+//! - [`estimators`]: least squares, ARMAX, output error, recursions, a vehicle's own equations, a Kalman filter, two stages in a closed loop. All
+//!   implement the same trait.
 //! - [`frequency`]: frequency responses with coherence and errors, of several inputs and in closed loops.
 //! - [`RecursiveLeastSquares`], [`Triangle`]: least squares in square-root form, row by row and at once.
 //! - [`Model`], [`Readout`], [`Reading`], [`continuous`]: poles, gains and responses, with standard errors.

@@ -194,7 +194,7 @@ impl StaticCurve {
         }
     }
 
-    /// Whether its values there, with a gain and an offset, determine all its parameters and leave one value for a test.
+    /// Whether the curve's values there, with a gain and an offset, determine all its parameters and leave one value for a test.
     fn is_told_by(&self, values: &[f64]) -> bool {
         if matches!(self, Self::Backlash { .. }) {
             return true; // What it was before tells too.

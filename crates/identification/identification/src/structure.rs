@@ -53,7 +53,7 @@ pub enum InitialState {
     /// At rest: no input before the first sample, no motion except the offset.
     #[default]
     Rest,
-    /// In motion: the n numbers of the initial motion are estimated too, if an estimator needs them.
+    /// In motion: the n numbers of the initial motion are also estimated, if an estimator needs them.
     Estimated,
 }
 
@@ -181,7 +181,7 @@ impl Structure {
         driving
     }
 
-    /// The same for a record before which the unknown input is assumed constant at its first known value. For a record in motion an
+    /// The driving input for a record before which the unknown input is assumed constant at its first known value. For a record in motion an
     /// integrated input starts at the first sample.
     #[must_use]
     pub(crate) fn driving_from_standing(&self, past: &[f64], inputs: &[f64]) -> Vec<f64> {

@@ -328,7 +328,7 @@ impl<'a> Reading<'a> {
         self.step_through_numerator(&self.step_through_poles(count))
     }
 
-    /// The same with its standard deviation.
+    /// The step response with its standard deviation.
     #[must_use]
     pub fn uncertain_step_response(&self, count: usize) -> Vec<(f64, f64)> {
         let layout = &self.estimate.layout;

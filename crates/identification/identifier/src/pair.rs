@@ -40,7 +40,7 @@ pub enum Change {
 /// A change to be made after a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Scheduled {
-    /// How often time had gone back.
+    /// Number of times that time had gone back.
     pub restarts: u32,
     /// The stamp of the sample before the change, ns.
     pub stamp: i64,

@@ -216,7 +216,7 @@ pub enum ForgettingKind {
     Constant,
     /// Only in the direction of the new row.
     Directional,
-    /// As much as the prediction error requires.
+    /// Forgets as much as the prediction error requires.
     Variable,
 }
 

@@ -12,7 +12,7 @@ use crate::parameters::Config;
 /// The numbers of a message that the identifier uses.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sample {
-    /// The message's stamp; `None` for a type without one.
+    /// The message's stamp; `None` for a type without a stamp.
     pub stamp: Option<Time>,
     /// The input over the interval that begins at the stamp.
     pub input: Option<Input>,

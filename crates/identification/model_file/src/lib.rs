@@ -323,13 +323,13 @@ pub struct ModelFile {
     pub fit: Option<f64>,
     /// Simulated fit on held-out data, %.
     pub held_out_fit: Option<f64>,
-    /// How the data was prepared, a sentence for each step.
+    /// Sentences about each step of the data's preparation.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub preparation: Vec<String>,
     /// The judgement on the model.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub judgement: Option<Judgement>,
-    /// The same for people: findings and verdict.
+    /// Findings and verdict as text, for display.
     pub verdict: Vec<String>,
 }
 
@@ -385,7 +385,7 @@ impl ModelFile {
         Self::parse(path, &text)
     }
 
-    /// The same from the file's text.
+    /// Reads the model from the file's text.
     ///
     /// # Errors
     /// Like [`read`](Self::read), except for reading.

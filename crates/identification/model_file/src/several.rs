@@ -25,7 +25,7 @@ pub enum SeveralFormat {
 pub struct ChannelModel {
     /// The input's name.
     pub input: String,
-    /// As in a file with one input: powers of z, highest first; a delay of d samples gives d - 1 leading zeros.
+    /// Numerator in the form of a file with one input: powers of z, highest first; a delay of d samples gives d - 1 leading zeros.
     pub num: Vec<f64>,
     /// `1, a1 ... an`.
     pub den: Vec<f64>,

@@ -187,7 +187,7 @@ impl Record {
         self.samples() as f64 * self.sample_time
     }
 
-    /// The numbers of the segments used, in the order of time: the longest ones, without those too short to determine more than their own
+    /// The numbers of the used segments, in the order of time: the longest segments, without segments too short to determine more than their own
     /// offset.
     #[must_use]
     pub fn used(&self) -> Vec<usize> {

@@ -79,7 +79,7 @@ pub struct Aligner {
     /// Whether the input has ended, so that nothing is waited for.
     finished: bool,
     answered: Option<i64>,
-    /// How often the newest output has arrived.
+    /// Number of times that the newest output has arrived.
     repeats: u32,
 }
 
@@ -192,7 +192,7 @@ impl Aligner {
         }
     }
 
-    /// How many intervals the outputs are ahead of the inputs; if one kind is missing, relative to the first stamp.
+    /// Number of intervals by which the outputs are ahead of the inputs; if one kind is missing, relative to the first stamp.
     #[must_use]
     pub fn outputs_ahead(&self) -> i64 {
         self.newest_output.unwrap_or(0) - self.last_input.unwrap_or(0)
@@ -299,7 +299,7 @@ impl<T> ByInstant<T> {
         Self(VecDeque::new())
     }
 
-    /// How many instants are before k.
+    /// Number of instants before k.
     fn before(&self, k: i64) -> usize {
         let earlier = self.0.iter().rposition(|(instant, _)| *instant < k);
         earlier.map_or(0, |place| place + 1)
@@ -315,7 +315,7 @@ impl<T> ByInstant<T> {
         self.0.get(self.before(k))
     }
 
-    /// Adds the value of an instant without one.
+    /// Adds a value for an instant that has none.
     fn insert(&mut self, k: i64, value: T) {
         self.0.insert(self.before(k), (k, value));
     }

@@ -444,7 +444,7 @@ fn sorted<'a>(names: impl Iterator<Item = &'a str>) -> String {
     }
 }
 
-/// How the messages of the requested topics are read, and the findings so far.
+/// Reading plans for the messages of the requested topics, and the findings so far.
 struct Plans<'w> {
     bag: &'w BagReader,
     wanted: &'w [RequestedSignal],
@@ -516,11 +516,11 @@ struct TopicMessages<'a> {
 const LOOKED_AT: u64 = 4096;
 const LOOK_EVERY: u64 = 7;
 
-/// How the messages of one topic of one file are read.
+/// Reading plan for the messages of one topic in one file.
 struct Plan {
     topic: Arc<Topic>,
     decoder: Decoder,
-    /// The same, with the names of the things that the numbers describe.
+    /// The decoder together with the names that identify the numbers.
     of_identities: Decoder,
     values: Values,
     /// Index of the topic's stamps.

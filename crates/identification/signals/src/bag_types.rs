@@ -75,7 +75,7 @@ pub fn types(bag: &BagReader, topic: &Topic) -> Result<Types> {
 /// JSON objects of a topic whose members are examined.
 const OBJECTS: usize = 20;
 
-/// How a user makes a definition available that is not in the bag.
+/// Instructions for making a definition available that is not in the bag.
 const RECIPE: &str = "source the workspace that defines it (its prefix in AMENT_PREFIX_PATH) and run this command again, or convert the bag in that workspace with 'ros2 bag convert' to mcap, which adds the definition";
 
 /// Instructions that make messages with this encoding readable.

@@ -19,7 +19,7 @@ const MOSTLY_LATE: f64 = 0.5;
 pub struct Channel {
     /// The requested name: `TOPIC:FIELD`, or a CSV column.
     pub name: String,
-    /// How the samples were resampled to the grid.
+    /// Method by which the samples were resampled to the grid.
     pub method: Method,
     /// Timing of the samples before resampling.
     pub timing: Timing,
@@ -113,7 +113,7 @@ impl fmt::Display for Change {
 }
 
 planesman_text::choices! {
-    /// How samples between the grid's instants become one number for each instant.
+    /// Method by which samples between the grid's instants become one number for each instant.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
     #[serde(rename_all = "snake_case")]
     pub enum Method {

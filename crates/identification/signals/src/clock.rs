@@ -97,7 +97,7 @@ pub(crate) struct ClockFollower {
 /// The stamps of one signal.
 #[derive(Clone, Debug, Default)]
 struct SignalClock {
-    /// How often its clock has gone back.
+    /// Number of times that the signal's clock has gone back.
     returns: usize,
     /// The first since then.
     first: Option<i64>,

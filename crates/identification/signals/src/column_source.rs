@@ -16,7 +16,7 @@ pub struct ColumnSource {
     time: Time,
 }
 
-/// Where a row's time comes from.
+/// Source of a row's time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Time {
     /// In a column, in this unit.

@@ -44,7 +44,7 @@ impl Heading {
         key == "***End_of_Header***"
     }
 
-    /// Whether the rows below have an interval, and no times of their own.
+    /// Whether the rows below have an interval, but no times.
     pub(crate) fn has_interval(&self) -> bool {
         self.is_measurement && !self.has_times && self.interval.is_some()
     }

@@ -38,7 +38,7 @@ const LOOKED_AT: usize = 100;
 /// Maximum number of characters of a cell quoted in a note.
 const QUOTED: usize = 40;
 
-/// How the time of a table is read.
+/// Time of the rows of a table.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TableTime {
     /// The time's column, or two columns as `SECONDS+NANOSECONDS` or `DATE+TIME`; `None` for a column with a usual name, or a first column that
@@ -79,9 +79,9 @@ pub struct CsvSource {
     long: Option<Box<LongForm>>,
     time: Time,
     written: TimeFormat,
-    /// How the unit is known.
+    /// Source of the unit.
     known: Known,
-    /// How the detected form of the time is known, for people.
+    /// Explanation of how the form of the time was detected, for display.
     written_told: String,
     /// In a sparse table: columns grouped by the rows in which they have cells; each group has its own rows.
     groups: Vec<Vec<usize>>,
@@ -723,7 +723,7 @@ impl Units {
 }
 
 impl Faults {
-    /// The number in a cell on that line; counts a cell without one.
+    /// The number in a cell on that line; counts cells without a number.
     fn number(&mut self, cell: &[u8], line: u64) -> Option<f64> {
         let text = std::str::from_utf8(cell).ok();
         let found = text.and_then(number);
@@ -754,7 +754,7 @@ impl Faults {
         Some(number)
     }
 
-    /// The first and another unit with its line, if numbers with several units are read, or more than a few with one unit are left out.
+    /// The first unit and another unit with its line, if numbers with several units are read, or more than a few with one unit are left out.
     fn of_several_units(&self, rows: u64) -> Option<(&str, &(String, u64))> {
         let units = self.units.as_ref()?;
         let matters = !units.first.is_empty() || units.left_out * 100 > rows;

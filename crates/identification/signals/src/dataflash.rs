@@ -1,6 +1,6 @@
 //! ArduPilot's log format DataFlash (`.bin`), which describes itself (ArduPilot, `libraries/AP_Logger/LogStructure.h`).
 //!
-//! A message is `A3 95`, the number of its format, and its fields. A format is a message too: number, length, name, a letter for each
+//! A message is `A3 95`, the number of its format, and its fields. A format definition is also a message: number, length, name, a letter for each
 //! field, and the fields' names. Numbers are scaled by their format letter (`c`, `C`, `e`, `E` are hundredths, `L` is 1e-7 degrees), the same as in
 //! ArduPilot's own tools. `FMTU` marks the field that distinguishes instances with `#`.
 

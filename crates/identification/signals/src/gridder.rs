@@ -52,7 +52,7 @@ impl Grid {
         }
     }
 
-    /// The same grid, beginning this many instants earlier.
+    /// This grid, but beginning this many instants earlier.
     pub(crate) fn reaching_back(self, instants: i64) -> Self {
         Self {
             first: self.first.saturating_sub(instants),
@@ -101,7 +101,7 @@ pub(crate) struct Onto<'a> {
 pub(crate) enum Put {
     /// At one instant; for the method mean, the mean over the interval that begins there, with its first moment.
     One(i64, Input),
-    /// The same value at the instants from the first up to the second.
+    /// One value at the instants from the first up to the second.
     Held(i64, i64, f64),
 }
 

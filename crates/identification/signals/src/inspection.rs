@@ -62,7 +62,7 @@ pub struct StampFindings {
     pub rate: f64,
     /// Findings about the clock, for people.
     pub clock: Vec<String>,
-    /// How a record spreads the stamps, if it does.
+    /// The spread that a record applies to the stamps, if it does.
     pub change: Option<Change>,
 }
 

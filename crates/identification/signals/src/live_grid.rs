@@ -3,7 +3,7 @@
 //!
 //! - An output is passed on as soon as the next sample has arrived. Intervals longer than a gap, or marked as broken, are not interpolated.
 //! - **An input** acts until the next one, and without a next one until eight intervals before the newest output. So a setpoint that is sent only
-//!   when it changes stays known until its next change. Inputs that come later are left out, so arrival orders that differ by less give the same
+//!   when it changes stays known until its next change. Inputs that arrive later are left out, so arrival orders that differ by less give the same
 //!   numbers.
 //! - **Time going back** by more than the aligner's window, twice in a row, restarts both on the same grid, with the input of the new time
 //!   if it came before the output.

@@ -36,9 +36,9 @@ pub struct PreparedRecord {
     pub resampled: Resampled,
     /// The sources, in the order of reading.
     pub sources: Vec<SourceOfRecord>,
-    /// How the data was read.
+    /// Information on the reading of the data.
     pub reading: Reading,
-    /// How the record was prepared.
+    /// The steps of the record's preparation.
     pub steps: Vec<Step>,
 }
 
@@ -72,7 +72,7 @@ impl PreparedRecord {
         self
     }
 
-    /// How the record was made, as text.
+    /// Description of how the record was made.
     #[must_use]
     pub fn description(&self) -> String {
         let Resampled {

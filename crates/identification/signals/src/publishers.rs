@@ -124,7 +124,7 @@ pub struct Senders {
     /// The number of messages of each publisher, from 1.
     counts: Vec<u64>,
     last: usize,
-    /// How often a publisher has sent again after another.
+    /// Number of times that a publisher has sent again after another.
     returns: u64,
 }
 

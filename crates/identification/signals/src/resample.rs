@@ -41,7 +41,7 @@ const LONGEST_PRELUDE: usize = 500_000;
 /// Maximum number of values in a record: 96 MB.
 pub const MAX_NUMBERS: usize = 12_000_000;
 
-/// The memory of a run besides its values, in values.
+/// The memory of a run in addition to its values, expressed in values.
 const RUN: usize = 10;
 
 /// Stamps beyond this, ns (146 years from the epoch), count as late, so that differences fit 64 bits.

@@ -110,7 +110,7 @@ fn with_all_digits(stamps: &[i64]) -> &[i64] {
     }
 }
 
-/// How sorted stamps are spread, if needed.
+/// The spread of sorted stamps, if it is needed.
 pub(crate) fn bursts(stamps: &[i64]) -> Option<Bursts> {
     let stamps = with_all_digits(stamps);
     Bursts::find(stamps).or_else(|| Bursts::in_steps(stamps))

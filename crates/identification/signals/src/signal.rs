@@ -6,8 +6,8 @@
 //!
 //! A field that is a list, without an index, is the signal's time history over the interval that begins at the message's stamp: evenly
 //! spaced samples from beginning to end, linear in between (for example `planesman_msgs/PlaneMotion`). A motion as an input gives a mean, by the
-//! trapezoid rule, and a first moment; as an output its first sample, the value at the stamp. As an input, a field that is a number is held over the
-//! interval.
+//! trapezoid rule, and a first moment; as an output its first sample, the value at the stamp. As an input, a field with a single number is held over
+//! the interval.
 
 use std::fmt;
 use std::str::FromStr;

@@ -41,7 +41,7 @@ pub trait Source: Debug {
         true
     }
 
-    /// Assumes rows one second apart, if nothing is known of their time.
+    /// Assumes rows one second apart, if no time is known.
     fn count_rows(&mut self) {}
 
     /// The bag behind the source, which lists its topics.

@@ -18,7 +18,7 @@ const MOST: f64 = 0.6;
 /// Number of bursts from which the interval is found.
 const FEWEST: usize = 4;
 
-/// A time between two bursts of this many usual ones is a gap.
+/// A time between two bursts that exceeds this number of usual times is a gap.
 const GAP: f64 = 3.0;
 
 /// Number of stamps from which steps are found, and the longest interval for which they matter, in steps.
@@ -30,7 +30,7 @@ const SLOWEST: f64 = 8.0;
 const EVEN: f64 = 2.1;
 const MOSTLY_EVEN: f64 = 0.9;
 
-/// Long intervals are not gaps if they are more than this share of all, or differ by less than this factor.
+/// Long intervals are not gaps if they are more than this share of all intervals, or differ by less than this factor.
 const MANY: f64 = 0.05;
 const ALIKE: f64 = 2.0;
 

@@ -112,7 +112,7 @@ const NO_SECONDS: f64 = 1000.0;
 /// Whole numbers with a usual step of at least this may be milliseconds.
 const MILLISECONDS: f64 = 10.0;
 
-/// A first number of at least this, four months in seconds, is not in seconds; if the steps are at least this too, it is in microseconds.
+/// A first number above this limit, four months in seconds, is not in seconds; if the steps are also above this limit, it is in microseconds.
 const RUNNING: f64 = 1e7;
 const FAST: f64 = 100.0;
 
@@ -127,7 +127,7 @@ pub(crate) struct JudgedUnit {
     pub(crate) known: Known,
 }
 
-/// How a unit is known.
+/// Certainty of a unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Known {
     /// The user or the name gave it.

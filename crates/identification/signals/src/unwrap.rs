@@ -19,13 +19,13 @@ const FIRST: usize = 8;
 /// The weight of the latest step in the mean of all.
 const FORGETTING: f64 = 0.05;
 
-/// A step of up to this many usual ones is not a jump.
+/// A step of up to this number of usual steps is not a jump.
 const STEPS: f64 = 8.0;
 
 /// A value may be rounded to lie this far beyond the end, in periods.
 const EDGE: f64 = 1e-4;
 
-/// The usual step must be less than this part of the period.
+/// The usual step must be below this part of the period.
 const SMALL: f64 = 1.0 / 12.0;
 
 /// Treatment of angles and counters that wrap.
@@ -68,7 +68,7 @@ pub(crate) struct Unwrapper {
     turns: f64,
     /// The period, once the signal has wrapped.
     pub(crate) period: Option<f64>,
-    /// How often it has.
+    /// Number of wraps.
     pub(crate) wraps: u64,
 }
 

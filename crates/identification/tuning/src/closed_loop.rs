@@ -40,7 +40,7 @@ pub struct Margins {
     pub gain: f64,
     /// The largest `|1 / (1 + L)|`; infinite for an unstable loop.
     pub sensitivity: f64,
-    /// The highest gain crossover, rad/s; `None` without one.
+    /// The highest gain crossover, rad/s; `None` if there is none.
     pub crossover: Option<f64>,
 }
 

@@ -58,7 +58,7 @@ impl Controller {
         self.kd / self.kp
     }
 
-    /// The same controller with every gain multiplied by a factor.
+    /// This controller with every gain multiplied by a factor.
     #[must_use]
     pub fn times(&self, factor: f64) -> Self {
         Self {

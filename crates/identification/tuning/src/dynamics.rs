@@ -92,7 +92,7 @@ impl Dynamics {
         self.integrators + self.poles.len()
     }
 
-    /// The most unstable pole, 1/s; `None` for a model without one.
+    /// The most unstable pole, 1/s; `None` for a model without unstable poles.
     #[must_use]
     pub fn unstable(&self) -> Option<f64> {
         let growing = self.poles.iter().map(|p| p.re).filter(|re| *re > 0.0);

@@ -66,7 +66,7 @@ enum Kind {
 pub struct Property {
     /// Its name.
     pub name: String,
-    /// Its unit; empty for the signals' own.
+    /// Unit of the property; empty for the signals' own unit.
     pub unit: &'static str,
     /// What it is.
     pub kind: PropertyKind,
@@ -167,7 +167,7 @@ impl UncertainModel {
         })
     }
 
-    /// Whether it is known without uncertainty.
+    /// Whether the model is known without uncertainty.
     #[must_use]
     pub fn is_exact(&self) -> bool {
         self.factor.ncols() == 0

@@ -19,7 +19,7 @@ use crate::dynamics::Dynamics;
 const ROUNDS: usize = 30;
 /// A pair with at least this damping ratio counts as two equal time constants.
 const DAMPED: f64 = 0.7;
-/// A time constant is close to a zero's if it is smaller by less than this factor, just below 1.6 (Skogestad 2003, sec. 3.2).
+/// A time constant is close to a zero's if it is smaller by a factor of less than this value, just below 1.6 (Skogestad 2003, sec. 3.2).
 const CLOSE: f64 = 1.6 * 0.999;
 /// Gains within this share of each other count as equal.
 const SAME: f64 = 1e-9;

@@ -15,7 +15,7 @@ const MOST_TICKS: f64 = 20_000.0;
 /// Maximum number of instants of a band.
 const INSTANTS: usize = 400;
 
-/// A number over the plants: for the model itself, and for the random ones.
+/// A quantity over the plants: its value for the model itself, and for the random plants.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Distribution {
     /// Of the model itself.
@@ -91,7 +91,7 @@ impl Robustness {
         self.of(|it| it.sensitivity)
     }
 
-    /// The gain crossover, rad/s; 0 without one.
+    /// The gain crossover, rad/s; 0 if there is none.
     #[must_use]
     pub fn crossover(&self) -> Distribution {
         self.of(|it| it.crossover.unwrap_or(0.0))

@@ -108,7 +108,7 @@ pub fn best(
     })
 }
 
-/// The plant's first phase crossover, rad/s; Nyquist's frequency for a plant without one.
+/// The plant's first phase crossover, rad/s; Nyquist's frequency for a plant without a phase crossover.
 fn pace(seen: &PlantResponse) -> f64 {
     let sign = seen.plant.sign();
     let response: Vec<_> = seen.response.iter().map(|(w, p)| (*w, p * sign)).collect();

@@ -480,7 +480,7 @@ impl Task<'_> {
         })
     }
 
-    /// The best gains on the model itself, within limits that are tightened until the random plants keep the requested ones.
+    /// The best gains for the model itself, within limits that are tightened until the random plants keep the requested limits.
     fn searched(
         &self,
         method: Method,

@@ -63,10 +63,10 @@ pub enum Defect {
     /// A compressed message larger than the [limit](crate::Limits).
     #[error("a message unpacks to more than {0} bytes")]
     MessageLength(u64),
-    /// Two different schemas with one number.
+    /// Two different schemas with the same number.
     #[error("two schemas have the same number {0}")]
     Schema(u16),
-    /// Two different channels with one number.
+    /// Two different channels with the same number.
     #[error("two channels have the same number {0}")]
     Channel(u16),
     /// A channel whose schema is missing.

@@ -97,7 +97,7 @@ impl Definitions {
         }
     }
 
-    /// The kept topics, and the number of omitted ones.
+    /// The kept topics, and the number of omitted topics.
     pub(crate) fn into_channels(self) -> (Channels, u64) {
         let all = self.channels.len();
         let kept: Channels = self

@@ -93,7 +93,7 @@ pub(crate) fn instead(folder: &Path) -> String {
         .unwrap_or_default()
 }
 
-/// The `.mcap` and `.db3` files in `folder` in the order they were written (`NAME_2` before `NAME_10`); compressed ones only if there is no
+/// The `.mcap` and `.db3` files in `folder` in the order they were written (`NAME_2` before `NAME_10`); compressed files only if there is no
 /// uncompressed copy.
 pub(crate) fn bag_files(folder: &Path) -> Result<Vec<PathBuf>, ReadError> {
     let unreadable = |source| ReadError::open(folder, source);

@@ -23,7 +23,7 @@ pub struct BagInfo {
     pub dropped: u64,
     /// Lost messages by topic.
     pub dropped_by_topic: BTreeMap<String, u64>,
-    /// All topics by name, without the omitted ones.
+    /// All topics by name, without omitted topics.
     pub topics: Vec<TopicCount>,
     /// Number of topics omitted because of the memory limit.
     pub omitted: u64,

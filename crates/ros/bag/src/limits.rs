@@ -1,7 +1,7 @@
 //! Memory limits and message order for reading a bag.
 
-/// Memory limits for reading a bag. The defaults are far above the needs of ordinary bags, and protect against hostile ones. Memory is used
-/// for at most one record, its unpacked chunk, one message and the topics.
+/// Memory limits for reading a bag. The defaults are far above the needs of ordinary bags, and protect against hostile bags. Memory is used for at
+/// most one record, its unpacked chunk, one message and the topics.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Largest record, and largest unpacked chunk, bytes. Default 128 MiB; recorders write about 1 MiB.

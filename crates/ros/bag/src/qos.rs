@@ -68,7 +68,7 @@ pub enum Durability {
     BestAvailable,
 }
 
-/// How a publisher asserts its liveliness.
+/// The way in which a publisher asserts its liveliness.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Liveliness {
@@ -133,7 +133,7 @@ impl OfferedQos {
         }
     }
 
-    /// The same QoS with transient-local durability.
+    /// This QoS with transient-local durability.
     #[must_use]
     pub fn transient_local(self) -> Self {
         Self {

@@ -52,7 +52,7 @@ pub enum Completeness {
 }
 
 impl Completeness {
-    /// Whether it is [`Completeness::Whole`].
+    /// Whether the bag is complete ([`Completeness::Whole`]).
     #[must_use]
     pub fn is_whole(&self) -> bool {
         matches!(self, Self::Whole)
@@ -130,7 +130,7 @@ impl BagReader {
     /// Like [`open`](Self::open), with memory limits.
     ///
     /// # Errors
-    /// As [`open`](Self::open).
+    /// Same as [`open`](Self::open).
     pub fn open_within(path: &Path, limits: Limits) -> Result<Self, ReadError> {
         let is_folder = fs::metadata(path)
             .map_err(|source| ReadError::open(path, source))?
@@ -152,7 +152,7 @@ impl BagReader {
     /// Opens several files, in this order, as one bag: for example the remaining parts of a split bag.
     ///
     /// # Errors
-    /// As [`open`](Self::open).
+    /// Same as [`open`](Self::open).
     pub fn open_all(files: &[PathBuf], limits: Limits) -> Result<Self, ReadError> {
         let path = files.first().map_or(Path::new(""), PathBuf::as_path);
         Self::open_files(path, files.to_vec(), None, None, limits)
@@ -291,7 +291,7 @@ impl BagReader {
         self.metadata.as_ref()
     }
 
-    /// All topics with their numbers of messages, without [omitted](Self::omitted) ones.
+    /// All topics with their numbers of messages, without [omitted](Self::omitted) topics.
     #[must_use]
     pub fn topics(&self) -> &[TopicCount] {
         &self.topics
@@ -393,7 +393,7 @@ const SEEN: usize = 16 << 20;
 /// Largest size of messages waiting to be sorted, bytes.
 pub const SORTED: usize = 256 << 20;
 
-/// Memory per message besides its payload, bytes.
+/// Memory per message in addition to its payload, bytes.
 const BESIDE: usize = 128;
 
 /// Share of late messages above which the messages count as unordered.

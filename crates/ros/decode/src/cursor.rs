@@ -76,7 +76,7 @@ impl<'a> Cursor<'a> {
         })
     }
 
-    /// The same position, for wide strings with so many bytes per character instead of the usual two.
+    /// The same position, for wide strings with this many bytes per character instead of the usual two.
     pub(crate) fn with_wide_characters(mut self, bytes: u64) -> Self {
         self.wide = bytes;
         self

@@ -156,7 +156,7 @@ impl Decoder {
     /// Like [`Decoder::compile`]; the decoder also reads the names that identify the numbers ([`Decoder::identity`]).
     ///
     /// # Errors
-    /// As [`Decoder::compile`].
+    /// Same as [`Decoder::compile`].
     pub fn compile_with_identities(
         types: &Types,
         paths: &[FieldPath],

@@ -95,7 +95,7 @@ pub(crate) enum Count {
     Written,
 }
 
-/// How to skip an element.
+/// The way to skip an element.
 #[derive(Clone, Debug)]
 pub(crate) enum Pass {
     Fixed(Advance),

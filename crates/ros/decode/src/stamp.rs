@@ -7,7 +7,7 @@ use crate::{Decoder, FieldPath, Types, Values};
 pub struct StampDecoder(Decoder);
 
 impl StampDecoder {
-    /// Decoder of the type's stamp ([`Types::stamp`]); `None` for a type without one.
+    /// Decoder of the type's stamp ([`Types::stamp`]); `None` for a type without a stamp.
     #[must_use]
     pub fn of(types: &Types) -> Option<Self> {
         Self::at(types, &types.stamp()?)

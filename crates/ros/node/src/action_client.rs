@@ -161,7 +161,7 @@ impl<A: Action> ActionClient<A> {
     /// Requests that a goal be cancelled; returns whether the server accepts.
     ///
     /// # Errors
-    /// As [`ActionClient::result`].
+    /// Same as [`ActionClient::result`].
     pub async fn cancel(&self, id: GoalId, timeout: Duration) -> Result<bool> {
         let at_any_time = builtin_interfaces::Time::from_nanos(Time::default().nanos());
         let response = self

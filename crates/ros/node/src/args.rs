@@ -76,7 +76,7 @@ impl FromStr for Remap {
     }
 }
 
-/// A source of parameter values, in the given order: later ones have priority.
+/// A source of parameter values; later sources have priority over earlier ones.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ParameterSource {
     /// `-p [node:]name:=value`
@@ -159,7 +159,7 @@ pub fn split(
 /// warning, as in rcl.
 ///
 /// # Errors
-/// As [`split`].
+/// Same as [`split`].
 pub fn only(
     arguments: impl IntoIterator<Item = impl Into<OsString>>,
 ) -> Result<RosArguments, BadArgument> {
@@ -169,10 +169,10 @@ pub fn only(
     Ok(ros)
 }
 
-/// The ROS arguments of this process, for a program without arguments of its own.
+/// The ROS arguments of this process, for a program that has no other arguments.
 ///
 /// # Errors
-/// As [`split`].
+/// Same as [`split`].
 pub fn from_environment() -> Result<RosArguments, BadArgument> {
     only(std::env::args_os().skip(1))
 }

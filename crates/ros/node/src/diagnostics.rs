@@ -1,8 +1,7 @@
 //! A node's status on `/diagnostics`: writing and reading.
 //!
 //! Each node has a status `<full name>: connections` with one key-value pair per topic: `pub /auv/state` has the value
-//! `readers=2 published=400 refused=0 dropped=0`, `sub /auv/plane_command` has `writers=1 received=400 refused=0`. Nodes add statuses of their
-//! own.
+//! `readers=2 published=400 refused=0 dropped=0`, `sub /auv/plane_command` has `writers=1 received=400 refused=0`. Nodes can add further statuses.
 
 use planesman_msgs::{
     diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus, KeyValue},

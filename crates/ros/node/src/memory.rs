@@ -1,8 +1,8 @@
 //! Memory limit of the process.
 //!
-//! In DDS any peer on the network can make a node store data. Known ways to do so without limit are fixed in RustDDS; this limit is for
-//! unknown ones. A node that reaches it aborts on a failed allocation, which its peers notice; otherwise the whole machine would swap. A node of
-//! this suite uses about 15 MB, plus its [`ReceiveLimits`].
+//! In DDS any peer on the network can make a node store data. Known ways to do this without limit are fixed in RustDDS; this limit is for unknown
+//! ways. A node that reaches it aborts on a failed allocation, which its peers notice; otherwise the whole machine would swap. A node of this suite
+//! uses about 15 MB, plus its [`ReceiveLimits`].
 
 use crate::error::{Error, Result};
 use crate::receive_limits::ReceiveLimits;

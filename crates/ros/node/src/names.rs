@@ -100,7 +100,7 @@ impl NodeNames {
     }
 }
 
-/// `parent/child` with one slash.
+/// Joins `parent` and `child` with one slash.
 fn join(parent: &str, child: &str) -> String {
     format!("{}/{child}", parent.trim_end_matches('/'))
 }

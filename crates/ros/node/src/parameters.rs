@@ -45,7 +45,7 @@ const SUCCESS: SetParametersResult = SetParametersResult {
 /// Rule for a complete set of values, beyond the declaration of each.
 type Validate = Box<dyn Fn(&Values) -> Result<(), BoxedError>>;
 
-/// The values in force, and the rule for new ones.
+/// The values in force, and the rule for new values.
 pub(crate) struct ParameterServer {
     pub(crate) values: Values,
     validate: Validate,

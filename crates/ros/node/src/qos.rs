@@ -128,7 +128,7 @@ impl Qos {
         self.latched
     }
 
-    /// The same QoS with these policies.
+    /// This QoS with these policies.
     pub(crate) fn with(self, reliable: bool, latched: bool, depth: usize) -> Self {
         Self {
             reliable,

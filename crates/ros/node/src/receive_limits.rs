@@ -30,7 +30,7 @@ pub struct ReceiveLimits {
 }
 
 impl ReceiveLimits {
-    /// For a node with messages of the loop, or equally small ones.
+    /// For a node with messages of the loop, or messages of similar size.
     #[must_use]
     pub fn small() -> Self {
         Self {

@@ -235,7 +235,7 @@ impl<E: 'static> Runtime<E> {
         self.shared.block_on(self.executor.run(work))
     }
 
-    /// Waits for the next event, for programs with a loop of their own; [`Duration::MAX`] waits without a timer.
+    /// Waits for the next event, for programs with their own loop; [`Duration::MAX`] waits without a timer.
     pub fn next(&self, timeout: Duration) -> Next<E> {
         self.block_on(async {
             let (stop, event) = (self.asked_to_stop(), self.receiver.recv());

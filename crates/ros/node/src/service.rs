@@ -116,7 +116,7 @@ pub(crate) fn requests(
 /// Opens a client of the service `name`.
 ///
 /// # Errors
-/// As [`server`].
+/// Same as [`server`].
 pub(crate) fn client(
     shared: &Shared,
     mapping: ServiceMapping,
@@ -130,8 +130,8 @@ pub(crate) fn client(
     Ok(Rc::downgrade(&shared.keep(Mutex::new(client))))
 }
 
-/// How requests and responses are associated on the wire, depending on the peers' middleware (`RMW_IMPLEMENTATION`): Fast DDS, Jazzy's default,
-/// uses the samples' metadata, Cyclone DDS the payload.
+/// The way in which requests and responses are associated on the wire depends on the peers' middleware (`RMW_IMPLEMENTATION`): Fast DDS, Jazzy's
+/// default, uses the samples' metadata, Cyclone DDS the payload.
 pub(crate) fn mapping() -> Result<ServiceMapping> {
     match env::var("RMW_IMPLEMENTATION").as_deref() {
         Ok("rmw_cyclonedds_cpp") => Ok(ServiceMapping::Cyclone),

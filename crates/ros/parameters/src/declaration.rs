@@ -19,7 +19,7 @@ pub struct Declaration {
     pub range: Option<(f64, f64)>,
     /// Allowed texts; empty if any text is allowed.
     pub choices: &'static [&'static str],
-    /// Whether it can be set only at the start.
+    /// Whether the parameter can be set only at the start.
     pub read_only: bool,
 }
 

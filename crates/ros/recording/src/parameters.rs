@@ -1,6 +1,7 @@
-//! The recorder's parameters: folder, compression, flush interval, topics. Those in `record` and `storage` have the names of rosbag2's recorder.
+//! The recorder's parameters: folder, compression, flush interval, topics. The parameters in `record` and `storage` have the names of rosbag2's
+//! recorder.
 //!
-//! All of them can be set only at the start.
+//! All of these parameters can be set only at the start.
 
 use std::time::Duration;
 

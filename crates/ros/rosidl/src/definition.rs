@@ -105,7 +105,8 @@ impl fmt::Display for TypeName {
 
 /// Whether a text is an identifier: a letter, then letters, digits and underscores.
 ///
-/// This is wider than rosidl's rule for new definitions (lower-case fields, upper-case constants), because foreign bags contain older ones.
+/// This rule is wider than rosidl's rule for new definitions (lower-case fields, upper-case constants), because foreign bags contain older
+/// definitions.
 #[must_use]
 pub fn is_name(text: &str) -> bool {
     text.starts_with(|c: char| c.is_ascii_alphabetic())
@@ -200,7 +201,7 @@ pub enum Element {
     Primitive(Primitive),
     /// `string` or `wstring`, with its bound.
     String {
-        /// Whether it is a `wstring`: UTF-16 on the wire.
+        /// Whether the string is a `wstring`: UTF-16 on the wire.
         wide: bool,
         /// The bound of `string<=N`.
         bound: Option<u32>,

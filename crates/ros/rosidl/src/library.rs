@@ -204,7 +204,7 @@ impl Library {
         Ok(())
     }
 
-    /// All messages, including derived ones, sorted by name.
+    /// All messages, including derived messages, sorted by name.
     pub fn messages(&self) -> impl Iterator<Item = &Message> {
         self.messages.values()
     }

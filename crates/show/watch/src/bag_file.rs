@@ -38,7 +38,7 @@ impl Default for Disks {
 }
 
 impl Disks {
-    /// Runs a function on a thread of its own, once one is free.
+    /// Runs a function on a separate thread, once one is free.
     ///
     /// # Errors
     /// The function's own error, or `TimedOut`; a thread that hangs does not become free again.

@@ -1,8 +1,8 @@
 //! Authentication: requests are answered only from the page itself, at the printed address, with the token.
 //!
 //! Anyone who can connect could command the vehicle: every user of this machine, and with another address than loopback everybody on the
-//! network. So every request needs the token of the printed address; the first visit stores it in a cookie. Foreign pages in the same browser
-//! can send requests too, with the cookie if they come from another port of the same address. Such requests are refused because of the headers
+//! network. So every request needs the token of the printed address; the first visit stores it in a cookie. Foreign pages in the same browser can
+//! also send requests, with the cookie if they come from another port of the same address. Such requests are refused because of the headers
 //! `Sec-Fetch-Site`, which scripts cannot set, and `Origin`. A foreign name that resolves to this machine's address (DNS rebinding) is refused by
 //! `Host`.
 

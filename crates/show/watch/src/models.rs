@@ -21,7 +21,7 @@ pub struct Pole {
     pub re_sd: f64,
     /// The standard deviation of the imaginary part.
     pub im_sd: f64,
-    /// Whether it is an artefact of sampling: too fast to be determined from the samples.
+    /// Whether the pole is an artefact of sampling: too fast to be determined from the samples.
     pub artefact: bool,
 }
 

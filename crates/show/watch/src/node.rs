@@ -322,7 +322,7 @@ impl Watch {
         Ok(())
     }
 
-    /// Drops channels that are not read: those without a publisher, and refused ones.
+    /// Drops channels that are not read: channels without a publisher, and refused channels.
     fn forget_unread(&mut self) {
         let mut board = locked(&self.board);
         self.channels.retain(|topic, fields| {

@@ -8,7 +8,7 @@ pub(crate) const SAMPLES_PER_CHANNEL: usize = 200_000;
 /// A reader that falls behind by more samples continues with the newest samples: otherwise a slow connection would show an ever older past.
 const MAX_LAG: u64 = 20_000;
 
-/// Time that goes back by less is a message out of order; by more, the vehicle has restarted, s.
+/// If time goes back by less than this, s, a message is out of order; by more, the vehicle has restarted.
 const RESTART: f64 = 1.0;
 
 /// Values over time, s.

@@ -132,7 +132,7 @@ impl Server {
         format!("http://{}/?token={}", self.address, self.shared.guard.token)
     }
 
-    /// Starts answering, on a thread of its own.
+    /// Starts answering, on a separate thread.
     pub(crate) fn start(self) -> Result<(), Error> {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_io()

@@ -47,7 +47,7 @@ const GAUSS: [(f64, f64); 9] = [
     (0.8360311073266358, 0.1806481606948574),
     (0.9681602395076261, 0.08127438836157441),
 ];
-/// How much more the slope may jump than the wave itself, over a step.
+/// Maximum jump of the slope over a step, relative to the jump of the wave itself.
 const SLOPE: f64 = 20.0;
 /// Instants nearer than this are equal, s.
 const SAME_TIME: f64 = 1e-12;

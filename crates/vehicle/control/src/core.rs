@@ -58,7 +58,7 @@ pub struct Controller {
     /// The last feedback; `None` before the first, and during silence.
     feedback: Option<Feedback>,
     manoeuvre: Option<Underway>,
-    /// How the last manoeuvre ended, until it is read: completed, or why not.
+    /// End of the last manoeuvre, until it is read: completed, or the reason why not.
     manoeuvre_end: Option<Result<(), Error>>,
     run: Option<Run>,
     /// Lines for the log.
@@ -189,7 +189,7 @@ impl Controller {
         self.manoeuvre.as_ref().map(|underway| underway.progress)
     }
 
-    /// How the manoeuvre ended by itself: completed, or aborted with the reason.
+    /// End of a manoeuvre that ended by itself: completed, or aborted with the reason.
     pub fn manoeuvre_end(&mut self) -> Option<Result<(), Error>> {
         self.manoeuvre_end.take()
     }
@@ -347,7 +347,7 @@ impl Controller {
         self.config.feedback.source != Source::Truth
     }
 
-    /// Whether its gains follow an identified model.
+    /// Whether the controller's gains follow an identified model.
     #[must_use]
     pub fn reads_models(&self) -> bool {
         self.config.following.source == gains::Source::Adaptive
@@ -365,7 +365,7 @@ impl Controller {
         self.estimate.as_ref()
     }
 
-    /// Whether it commands thrusters.
+    /// Whether the controller commands thrusters.
     #[must_use]
     pub fn has_thrusters(&self) -> bool {
         self.config.thrusters.is_some()

@@ -223,7 +223,7 @@ pub enum ManoeuvreError {
     /// A duration out of range, s.
     #[error("duration {0} s refused: it must be from 0 to 1e6 s")]
     Duration(f64),
-    /// A signal without an end of its own.
+    /// A signal that does not end by itself.
     #[error("duration 0 s refused: without a duration, a {0} would never end")]
     Endless(String),
 }

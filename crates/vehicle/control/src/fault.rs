@@ -1,6 +1,6 @@
 //! The faults of the envelope, with the names shown to the operator.
 
-/// How the vehicle left its envelope.
+/// The way in which the vehicle left its envelope.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// Too deep.

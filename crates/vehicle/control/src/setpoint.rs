@@ -79,7 +79,7 @@ impl Setpoint {
         self.commanded.map(|commanded| commanded.value)
     }
 
-    /// Whether it came on the topic.
+    /// Whether the setpoint came on the topic.
     #[must_use]
     pub(crate) fn is_from_the_topic(&self) -> bool {
         self.commanded

@@ -70,7 +70,7 @@ pub struct Answers {
     pub control: ControlState,
     /// Same as [`Tick::actuator`].
     pub actuator: Arc<dyn Motion>,
-    /// Identified models, if any are due.
+    /// Identified models that are due.
     pub models: Vec<Model>,
 }
 
@@ -141,7 +141,7 @@ impl Loop {
     /// Like [`Loop::new`], with these parts.
     ///
     /// # Errors
-    /// As [`Loop::new`], and the refusals of the parts' constructors.
+    /// Same as [`Loop::new`], and the refusals of the parts' constructors.
     pub fn of_parts(parts: &Parts, scenario: &Scenario) -> Result<Self> {
         Ok(Self {
             plant: parts.plant(scenario)?,
@@ -196,7 +196,7 @@ impl Loop {
     /// Like [`Loop::tick`], without the messages that only outside readers use.
     ///
     /// # Errors
-    /// As [`Loop::tick`].
+    /// Same as [`Loop::tick`].
     pub fn step(&mut self) -> Result<Step> {
         let stamp = self.stamp();
         if self.law.reads_instruments()

@@ -27,7 +27,7 @@ pub fn fly(
 /// Like [`fly`], but replaces an existing file after the flight is complete.
 ///
 /// # Errors
-/// As [`fly`], except that the path may exist.
+/// Same as [`fly`], except that the path may exist.
 pub fn fly_over(
     scenario: &Scenario,
     parts: &Parts,

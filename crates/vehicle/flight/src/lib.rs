@@ -2,8 +2,8 @@
 //!
 //! - [`Scenario`]: a scenario from a file or a built-in one, checked with the nodes' own checks ([`nodes`]);
 //!   [`parameter_file()`](parameter_file::parameter_file) writes it as a parameter file.
-//! - [`compose`]: the loop of plant, controller, actuator and identifier, tick by tick. Its messages equal those of the nodes over DDS bit
-//!   for bit.
+//! - [`compose`]: the loop of plant, controller, actuator and identifier, tick by tick. The simulation's messages equal those of the nodes over DDS
+//!   bit for bit.
 //! - [`parts`]: traits for your own plant, law, actuator or estimator.
 //! - [`fly()`]: simulates a scenario into a bag or a CSV file ([`sink`]).
 //! - [`flight`], [`summary`]: the results of a flight from its bag.

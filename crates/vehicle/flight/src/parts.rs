@@ -83,7 +83,7 @@ pub trait Law: Send {
     fn on_state(&mut self, state: &VehicleState)
     -> Result<(PlaneCommand, ControlState), PartError>;
 
-    /// Whether it uses the instruments; they are then read before each state.
+    /// Whether the controller uses the instruments; they are then read before each state.
     fn reads_instruments(&self) -> bool {
         false
     }
@@ -91,7 +91,7 @@ pub trait Law: Send {
     /// Receives the instruments' readings, before the state of the same stamp.
     fn on_instruments(&mut self, _instruments: &Instruments) {}
 
-    /// Whether it uses identified models.
+    /// Whether the controller uses identified models.
     fn reads_models(&self) -> bool {
         false
     }

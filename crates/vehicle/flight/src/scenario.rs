@@ -214,7 +214,7 @@ impl Scenario {
     /// Like [`Scenario::load`], with parameters set as `NODE.PARAMETER=VALUE`.
     ///
     /// # Errors
-    /// As [`Scenario::load`], and if a change has a wrong form.
+    /// Same as [`Scenario::load`], and if a change has a wrong form.
     pub fn load_with(name_or_path: &str, changes: &[String]) -> Result<Self> {
         let mut path = PathBuf::from(name_or_path);
         let text = match BUILTIN.iter().find(|(name, _)| *name == name_or_path) {
@@ -238,7 +238,7 @@ impl Scenario {
     /// Like [`Scenario::load_with`], from the YAML text of a scenario in `folder`; errors call the scenario `name`.
     ///
     /// # Errors
-    /// As [`Scenario::load_with`].
+    /// Same as [`Scenario::load_with`].
     pub fn parse_with(text: &str, folder: &Path, changes: &[String], name: &str) -> Result<Self> {
         let mut scenario = Self::parse(text).during(|| name.to_owned())?;
         scenario.find_files(folder)?;

@@ -37,7 +37,7 @@ pub struct Summary {
     planes: &'static str,
     /// Largest deviation from the depth held during the whole flight, m; `None` if no depth was held throughout.
     pub depth_kept: Option<f64>,
-    /// Test signal on the planes; `None` without one.
+    /// Test signal on the planes; `None` if there is none.
     pub test_signal: Option<TestSignal>,
     /// Identified model; `None` without a valid one.
     pub identified: Option<ModelSummary>,
@@ -64,7 +64,7 @@ pub struct Summary {
     pub hovers: bool,
     /// Accuracy at its way-points or its held position; `None` without these.
     pub track: Option<Track>,
-    /// Result of the turning circle or zig-zag; `None` without one.
+    /// Result of the turning circle or zig-zag; `None` if there is none.
     pub turn: Option<String>,
     /// Irregularities of the bag, one sentence each.
     pub notes: Vec<String>,
@@ -407,7 +407,7 @@ fn truth(scenario: &Scenario) -> Result<ModelSummary> {
     truth_of(&scenario.parameters_of("plant_sim")?, scenario.tick)
 }
 
-/// The same for the vehicle with these parameters.
+/// The true value for the vehicle with these parameters.
 pub fn truth_of(parameters: &PlantParameters, tick: f64) -> Result<ModelSummary> {
     let craft = planesman_plant::VehicleModel::load(parameters).map_err(|e| refused!("{e}"))?;
     let model = planesman_vehicle::linearised::true_model_of(
@@ -484,14 +484,14 @@ pub struct Quantity {
     pub unit: &'static str,
     /// Number of decimals.
     pub decimals: usize,
-    /// Whether it applies to the flight's vehicle: an ideal actuator has no pulses.
+    /// Whether the result applies to the flight's vehicle: an ideal actuator has no pulses.
     pub applies: bool,
     /// Value, or the reason why there is no value.
     value: Result<f64, String>,
 }
 
 impl Quantity {
-    /// Whether it has a value.
+    /// Whether the result has a value.
     #[must_use]
     pub const fn is_known(&self) -> bool {
         self.applies && self.value.is_ok()

@@ -26,7 +26,7 @@ const PARAMETERS: [&str; 6] = [
     "fault.",
 ];
 
-/// The same for a circuit of on/off valves.
+/// Beginnings of the names of the parameters of a circuit of on/off valves.
 const OF_A_CIRCUIT: [&str; 1] = ["command_limit"];
 
 /// Outputs that belong to the end of the step.

@@ -21,7 +21,7 @@ pub(crate) const MANIFEST: &str = "fmu.json";
 /// The name and version of the manifest's format, by which a library that reads it is recognised.
 pub(crate) const FORMAT: &str = "planesman fmu 1";
 
-/// The same as an enumeration.
+/// The data types as an enumeration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Format {
     /// The only version so far.

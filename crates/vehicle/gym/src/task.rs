@@ -21,7 +21,7 @@ pub enum Task {
     Station,
 }
 
-/// How an environment's step ended.
+/// End of an environment's step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Outcome {
     /// The episode continues.

@@ -176,7 +176,7 @@ impl ActuatorModel {
     }
 
     /// Appends the plane angle, rad, at `nanos`, up to which the actuator has been advanced. Appends also the angles known for later times,
-    /// `interval` s apart; at most `count` values in all.
+    /// `interval` s apart; at most `count` values in total.
     pub(crate) fn sample(&self, nanos: i64, interval: f64, count: usize, angles: &mut Vec<f64>) {
         match self {
             Self::Dha(dha) => dha.sample(nanos, interval, count, angles),

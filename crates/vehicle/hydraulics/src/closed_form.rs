@@ -63,7 +63,7 @@ pub(crate) struct ClosedForm {
 enum Law {
     /// v = 0, V_e' = q - a V_e, with net flow q and leakage rate a.
     Stuck { flow: f64, leakage_rate: f64 },
-    /// v' = g - c v, V_e' = q - A_L v at clamped pressure: g is the driving acceleration less friction, c the viscous rate.
+    /// v' = g - c v, V_e' = q - A_L v at clamped pressure: g is the driving acceleration minus friction, c the viscous rate.
     Clamped {
         flow: f64,
         drive: f64,
@@ -618,7 +618,7 @@ fn times(matrix: &[[f64; 2]; 2], [x, y]: [f64; 2]) -> [f64; 2] {
     matrix.map(|row| row[0] * x + row[1] * y)
 }
 
-/// Largest number of turning points considered within one motion; later ones are ignored.
+/// Largest number of turning points considered within one motion; later turning points are ignored.
 const MOST_TURNS: usize = 64;
 
 /// |r^2| relative to ((a - c)/2)^2 below which the integrals use a series; rounding costs 1e-13 there.

@@ -423,7 +423,7 @@ impl Actuator {
     /// Like [`Actuator::new`]; `read` finds the actuators' files by name.
     ///
     /// # Errors
-    /// As [`Actuator::new`].
+    /// Same as [`Actuator::new`].
     pub fn of_files(
         parameters: &ActuatorParameters,
         tick_nanos: i64,

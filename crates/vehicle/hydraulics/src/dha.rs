@@ -1,6 +1,6 @@
 //! The complete digital hydraulic actuator: pulse logic and hydraulics on the actuator's own clock.
 //!
-//! At the begin of each valve cycle the logic determines an error and commands at most one volume. In the position loop (the report's
+//! At the beginning of each valve cycle the logic determines an error and commands at most one volume. In the position loop (the report's
 //! analog mode) it compares the commanded plane angle with the measured one. In open loop (the report's simulation mode) it sums the
 //! commands and the volumes it has sent. An incremental actuator has no memory of its position: in open loop, any leakage becomes an angle
 //! error. The position loop is therefore the default on a slow vehicle.
@@ -219,7 +219,7 @@ impl Dha {
         self.pulses
     }
 
-    /// Number of small volumes among them.
+    /// Number of small volumes among the calibrated volumes.
     #[must_use]
     pub fn small_pulses(&self) -> u64 {
         self.small_pulses

@@ -72,7 +72,7 @@ macro_rules! energies {
 }
 
 energies! {
-    /// Work of supply and return: P_h for each drawn volume, less P_R for each returned volume and P_h for the volume that the smaller
+    /// Work of supply and return: P_h for each drawn volume, minus P_R for each returned volume and P_h for the volume that the smaller
     /// chamber returns.
     supply: energy_supply,
     /// Electrical energy of the solenoids.
@@ -138,7 +138,7 @@ impl Energy {
         ]
     }
 
-    /// The supply's work less the sum of the terms, J: 0 except for rounding.
+    /// The supply's work minus the sum of the terms, J: 0 except for rounding.
     #[must_use]
     pub fn residual(&self) -> f64 {
         self.supply - self.terms().iter().map(|(_, energy)| energy).sum::<f64>()
@@ -157,7 +157,7 @@ impl Energy {
     }
 
     /// Converts the ledger of a circuit of on/off valves. `kinetic` includes springs and weight, `throttling` all its valves and the line
-    /// friction, `leakage` is the piston's seal, and `compressed` less `recovered` is the energy in the lines.
+    /// friction, `leakage` is the piston's seal, and `compressed` minus `recovered` is the energy in the lines.
     pub(crate) fn of_circuit(ledger: &circuit::Ledger, proportional_valve: f64) -> Self {
         Self {
             supply: ledger.supply,

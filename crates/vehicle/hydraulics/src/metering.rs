@@ -6,8 +6,8 @@
 //!
 //! sigma_i is +1, 0 or -1: the volume moved for the command of cycle i. V_c and T_f belong to the large or the small volume. d(t) = +-1 is the sign
 //! valve's polarity, which follows a command after T_D + T_v. T_v + T_f may exceed T: then the flows of consecutive commands overlap into the next
-//! cycle. Within a cycle the flow is constant between a few edges; [`Metering::begin_cycle`] lists the pieces. Drift is assumed to flow during the
-//! calibrated volumes too; the report does not say (effect at most 1 %).
+//! cycle. Within a cycle the flow is constant between a few edges; [`Metering::begin_cycle`] lists the pieces. Drift is assumed to flow also during
+//! the calibrated volumes; the report does not state this (effect at most 1 %).
 
 use crate::actuator_set::{ActuatorSet, MOST_CYCLES_IN_FLIGHT};
 use crate::condition::{Condition, Leakages};

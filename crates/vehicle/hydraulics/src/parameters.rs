@@ -72,7 +72,7 @@ pub struct ActuatorParameters {
     pub frame_prefix: String,
 }
 
-/// The parameters of one group of planes with an actuator of its own, `bow.*` and so on.
+/// The parameters of one group of planes with its own actuator, `bow.*` and so on.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct GroupParameters {
     /// With groups: each, this group's actuator, ideal or first_order; same: as `actuator`.

@@ -1,4 +1,4 @@
-//! Error detector of the analog mode: commanded angle less predicted position.
+//! Error detector of the analog mode: commanded angle minus predicted position.
 //!
 //! In the analog mode "a commanded position is compared with the actual position" (Section II.A). A volume commanded at most m cycles ago
 //! has not completely arrived at the next decision, so the detector subtracts the volumes that are still on their way:

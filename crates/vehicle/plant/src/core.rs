@@ -146,7 +146,7 @@ impl Plant {
     /// Like [`Plant::new`], for a vehicle that has already been read.
     ///
     /// # Errors
-    /// As [`Plant::new`].
+    /// Same as [`Plant::new`].
     pub fn of(craft: VehicleModel, parameters: &PlantParameters) -> Result<Self, Error> {
         let settings = Settings::new(parameters, &craft)?;
         Ok(Self {
@@ -170,7 +170,7 @@ impl Plant {
     /// Applies changed parameters from the next tick on; the initial state and the seed apply at the next reset.
     ///
     /// # Errors
-    /// As [`Plant::new`]; the previous parameters then stay in force.
+    /// Same as [`Plant::new`]; the previous parameters then stay in force.
     pub fn set_parameters(&mut self, parameters: &PlantParameters) -> Result<(), Error> {
         let next = Settings::new(parameters, &self.craft)?;
         if next.fixed() != self.settings.fixed() {
@@ -413,7 +413,7 @@ impl Plant {
     /// Like [`Plant::advance`], along a motion meant for an earlier tick; the next state reports this.
     ///
     /// # Errors
-    /// As [`Plant::advance`].
+    /// Same as [`Plant::advance`].
     pub fn advance_late(&mut self, motion: &PlaneMotion) -> Result<(), Error> {
         self.advance(Some(motion))?;
         self.planes_source = VehicleState::PLANES_LATE;

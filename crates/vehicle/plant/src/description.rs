@@ -192,7 +192,7 @@ pub(crate) struct Extent {
     pub(crate) length: f64,
     pub(crate) width: f64,
     pub(crate) height: f64,
-    /// Whether it is a body of revolution; otherwise a frame.
+    /// Whether the hull is a body of revolution; otherwise it is a frame.
     pub(crate) is_round: bool,
 }
 

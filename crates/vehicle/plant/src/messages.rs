@@ -80,7 +80,7 @@ impl Frames<'_> {
     }
 
     /// The fixed transforms between frames with z up and frames with z down: half a turn about x. With `map_to_odom` also from REP 105's `map` to
-    /// `odom`, which coincide. Also the frames of the thrusters, and of instruments with a frame of their own.
+    /// `odom`, which coincide. Also the frames of the thrusters, and of instruments that have a separate frame.
     pub(crate) fn fixed_transforms(
         &self,
         map_to_odom: bool,
@@ -190,7 +190,7 @@ pub struct Instruments {
     pub imu: Imu,
     /// Absolute pressure at the depth port.
     pub depth_pressure: FluidPressure,
-    /// Stagnation pressure less static pressure. `FluidPressure` is meant for absolute pressure, but no standard message exists for a
+    /// Stagnation pressure minus static pressure. `FluidPressure` is meant for absolute pressure, but no standard message exists for a
     /// differential pressure; MAVROS uses it for its airspeed sensor (`diff_pressure`) too.
     pub speed_pressure: FluidPressure,
     /// Voltages of the report's channels.

@@ -21,7 +21,7 @@ impl Outline {
     /// Returns the outline of the vehicle that the parameters name.
     ///
     /// # Errors
-    /// As [`VehicleModel::load`].
+    /// Same as [`VehicleModel::load`].
     pub fn load(parameters: &PlantParameters) -> Result<Self, Error> {
         Ok(Self::of(&VehicleModel::load(parameters)?))
     }

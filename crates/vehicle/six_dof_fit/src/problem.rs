@@ -31,7 +31,7 @@ pub const SIGNALS: [(&str, &str); 12] = [
     ("q", "rad/s"),
     ("r", "rad/s"),
 ];
-/// The angles among them.
+/// Indices of the angles among the signals.
 const ANGLES: Range<usize> = 3..6;
 /// Prior standard deviations of the 12 numbers of an initial state, about the first samples.
 const INITIAL_PRIOR: [f64; 12] = [
@@ -51,7 +51,7 @@ const SEARCH: Search = Search {
     enough: 1e-8,
     radius: f64::INFINITY,
 };
-/// How often the noise estimate is updated.
+/// Number of updates of the noise estimate.
 const WEIGHINGS: usize = 8;
 /// The number of initial states of a window.
 const INITIAL: usize = 12;
@@ -309,7 +309,7 @@ impl Problem<'_> {
         Some(found.0)
     }
 
-    /// The same from the priors, alternating with estimates of each signal's noise from its residuals.
+    /// The minimum from the priors, alternating with estimates of each signal's noise from its residuals.
     pub(super) fn weighed(&mut self, windows: &[Window]) -> Option<DVector<f64>> {
         self.noise = first_noise(windows);
         let globals: Vec<f64> = self.priors().iter().map(|it| it.0).collect();

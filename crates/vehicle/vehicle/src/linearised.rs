@@ -59,10 +59,10 @@ pub fn state_space(vehicle: &Vehicle, speed: f64) -> Result<StateSpace, Error> {
     state_space_of(&vehicle.derivatives(speed))
 }
 
-/// The same from derivatives, for example of a [`Variant`](crate::Variant), with the hydrostatic restoring moment.
+/// The state space from derivatives, for example of a [`Variant`](crate::Variant), with the hydrostatic restoring moment.
 ///
 /// # Errors
-/// As [`state_space`].
+/// Same as [`state_space`].
 pub fn state_space_of(derivatives: &Derivatives) -> Result<StateSpace, Error> {
     let d = derivatives;
     let level = d.level_flight().unwrap_or_default().state();
@@ -105,7 +105,7 @@ pub fn state_space_of(derivatives: &Derivatives) -> Result<StateSpace, Error> {
 /// System from the plane angle to one output. Depth is a state only for the output depth, since no other output depends on it.
 ///
 /// # Errors
-/// As [`state_space`].
+/// Same as [`state_space`].
 pub fn response(derivatives: &Derivatives, output: Output) -> Result<StateSpace, Error> {
     let full = state_space_of(derivatives)?;
     let states = if output == Output::Depth { 4 } else { 3 };
@@ -121,7 +121,7 @@ pub fn response(derivatives: &Derivatives, output: Output) -> Result<StateSpace,
 /// System from `delta` to the pitch rate `q` alone.
 ///
 /// # Errors
-/// As [`state_space`].
+/// Same as [`state_space`].
 pub fn pitch_rate(vehicle: &Vehicle, speed: f64) -> Result<StateSpace, Error> {
     response(&vehicle.derivatives(speed), Output::PitchRate)
 }
@@ -148,10 +148,10 @@ pub fn true_model(vehicle: &Vehicle, speed: f64, dt: f64) -> Result<TrueModel, E
     true_model_of(&vehicle.derivatives(speed), dt)
 }
 
-/// The same from derivatives, for example of a [`Variant`](crate::Variant).
+/// The true model from derivatives, for example of a [`Variant`](crate::Variant).
 ///
 /// # Errors
-/// As [`true_model`].
+/// Same as [`true_model`].
 pub fn true_model_of(derivatives: &Derivatives, dt: f64) -> Result<TrueModel, Error> {
     let continuous = response(derivatives, Output::PitchRate)?;
     let sampled = continuous.zero_order_hold(dt)?;

@@ -1,7 +1,7 @@
 //! Normal random numbers with mean 0 and variance 1, bit-identical on every machine.
 //!
 //! The ziggurat of Marsaglia and Tsang, "The ziggurat method for generating random variables", J. Stat. Software 5 (2000), with 256 layers.
-//! The crate `rand_distr` uses it too, and gives the same numbers within the ten digits of its table, but with the C library's logarithm.
+//! The crate `rand_distr` also uses this method, and gives the same numbers within the ten digits of its table, but with the C library's logarithm.
 
 use std::sync::LazyLock;
 

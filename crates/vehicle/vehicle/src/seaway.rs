@@ -6,8 +6,8 @@
 //! x'' + 2 zeta omega x' + omega^2 x = n        F = sigma_F x' / omega        M = sigma_M x
 //! ```
 //!
-//! where `x` has the standard deviation 1. The spectrum peaks at `omega = 2 pi / T`; a smaller `zeta` makes the peak narrower. `x'/omega` has the
-//! standard deviation 1 too, and a phase of a quarter wave relative to `x`. Heave force and pitch moment on a slender hull have this phase: one is
+//! where `x` has the standard deviation 1. The spectrum peaks at `omega = 2 pi / T`; a smaller `zeta` makes the peak narrower. `x'/omega` also has
+//! the standard deviation 1, and a phase of a quarter wave relative to `x`. Heave force and pitch moment on a slender hull have this phase: one is
 //! largest on the slope of the wave, the other between slopes. Waves decay with depth as `exp(-k z)` with `k = omega^2 / g` (deep water).
 //!
 //! The filter advances by ticks, exactly: its state after a tick is normal with the mean `Phi x` and the covariance `P - Phi P Phi^T`,

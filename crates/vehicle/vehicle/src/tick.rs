@@ -152,7 +152,7 @@ impl<'a> Tick<'a> {
         }
     }
 
-    /// As [`BodyMotion::advance`].
+    /// Same as [`BodyMotion::advance`].
     pub(crate) fn advance(
         &self,
         from: &Body,

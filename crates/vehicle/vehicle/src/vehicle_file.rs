@@ -104,7 +104,7 @@ pub fn load(name_or_path: &str) -> Result<Vehicle, VehicleError> {
 /// The same, but the file may also be that of an identified model; the vehicle `base` then gives the missing data ([`identified`]).
 ///
 /// # Errors
-/// As [`load`].
+/// Same as [`load`].
 pub fn load_on(name_or_path: &str, base: &str) -> Result<Vehicle, VehicleError> {
     let text = text_of(name_or_path)?;
     let path = Path::new(name_or_path);
@@ -122,7 +122,7 @@ pub fn load_on(name_or_path: &str, base: &str) -> Result<Vehicle, VehicleError> 
 /// Geometry of the vehicle that [`load_on`] loads; `None` if its file has no geometry. For an identified model it is the base's.
 ///
 /// # Errors
-/// As [`load`].
+/// Same as [`load`].
 pub fn geometry_on(name_or_path: &str, base: &str) -> Result<Option<Geometry>, VehicleError> {
     let text = text_of(name_or_path)?;
     if ModelFile::recognises(Path::new(name_or_path), &text) {
@@ -134,7 +134,7 @@ pub fn geometry_on(name_or_path: &str, base: &str) -> Result<Option<Geometry>, V
 /// Geometry of a vehicle; `None` if its file has no geometry.
 ///
 /// # Errors
-/// As [`load`].
+/// Same as [`load`].
 pub fn geometry(name_or_path: &str) -> Result<Option<Geometry>, VehicleError> {
     written(name_or_path, &text_of(name_or_path)?).map(|file| file.geometry)
 }

@@ -33,7 +33,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Recompute the numbers of the two historical reports and of Hopsan's validations, and print which ones agree
+    /// Recompute the numbers of the two historical reports and of Hopsan's validations, and print which numbers agree
     #[command(after_help = "Example:\n  planesman reproduce --html book.html")]
     Reproduce(reproduce::ReproduceArgs),
     /// Simulate the 1966 study's flight-control tests and compare with its tables

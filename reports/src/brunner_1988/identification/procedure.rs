@@ -6,8 +6,8 @@
 //! > input data. 6) Compare actual response to simulated response.
 //!
 //! The thesis detrends the gyro, whose mean should be zero (p. 95), the plane command of run 7/3, and the offset of run 9/1's plane command (p. 99
-//! f.). Run 7/5 was "adjusted to begin at zero" instead (p. 100). Depth is never detrended. The records are lost; here the procedure uses
-//! [`super::synthetic`] ones.
+//! f.). Run 7/5 was "adjusted to begin at zero" instead (p. 100). Depth is never detrended. The records are lost; here the procedure uses synthetic
+//! records ([`super::synthetic`]).
 
 use planesman_identification::{
     IdentificationError, Input, Model, RecursiveLeastSquares, Shape, filter, rows, simulated,
@@ -149,7 +149,7 @@ impl Identification {
     /// Performs steps 3 to 6.
     ///
     /// # Errors
-    /// As [`RecursiveLeastSquares::new`]: a model of order zero has no parameters.
+    /// Like [`RecursiveLeastSquares::new`]: a model of order zero has no parameters.
     pub fn of(
         input: Prepared,
         output: Prepared,
@@ -172,7 +172,7 @@ impl Identification {
     /// Performs steps 1 to 6 for plane command to pitch rate, second and third order.
     ///
     /// # Errors
-    /// As [`Identification::of`].
+    /// Same as [`Identification::of`].
     pub fn pitch_rate(run: Run) -> Result<Self, IdentificationError> {
         Self::of(
             Detrend::of_planes(run).apply(run.planes()),
@@ -184,7 +184,7 @@ impl Identification {
     /// Performs steps 1 to 6 for pitch rate to depth.
     ///
     /// # Errors
-    /// As [`Identification::of`].
+    /// Same as [`Identification::of`].
     pub fn depth(run: Run, orders: &[Orders]) -> Result<Self, IdentificationError> {
         Self::of(
             Detrend::of_gyro(run).apply(pitch_rate(run)),
@@ -196,7 +196,7 @@ impl Identification {
     /// Performs steps 1 to 6 for plane command to depth, with the orders of Table 9: first over fourth.
     ///
     /// # Errors
-    /// As [`Identification::of`].
+    /// Same as [`Identification::of`].
     pub fn depth_of_planes(run: Run) -> Result<Self, IdentificationError> {
         Self::of(
             Detrend::of_planes(run).apply(run.planes()),

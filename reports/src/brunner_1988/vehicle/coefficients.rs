@@ -549,7 +549,7 @@ impl Report {
             .collect()
     }
 
-    /// Main quantities in SI units, from the printed ones.
+    /// Main quantities in SI units, converted from the printed quantities.
     fn metric(&self) -> Recomputed {
         let table_1 = |name: &str| self.printed(&format!("Tab1.{name}.dim"));
         // Table 3 and p. 48 [ft lbf s]: By rounded, and with rate feedback of 2 on Ky = 0.14.

@@ -94,7 +94,7 @@ fn printed_of_limit_cycle(name: &str, cycle: &LimitCycle) -> Recomputed {
     }
 }
 
-/// Table 4-3: largest stable step and gain, and the first unstable ones.
+/// Table 4-3: largest stable step and gain, and the first unstable step and gain.
 fn phase_1() -> Recomputed {
     let surrogate = Surrogate::Ps2;
     let step = f64::from(analog_step_limit(surrogate));

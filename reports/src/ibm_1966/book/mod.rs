@@ -1,8 +1,8 @@
 //! Printed numbers of IBM 66-L03-005 (1966), recomputed.
 //!
 //! `data/ibm_1966/ibm_1966.json` contains the numbers with their tables and sections; `data/ibm_1966/errata.json` contains errors of the report or of
-//! its scan (I), and questions that the simulation leaves open (D). Ids begin with their table (`T3-1`, `T4-2`), with `chk` for numbers derived
-//! from printed ones, or with the surrogate (`PS-1`, `PS-2`) for simulation results only. Flights are those of PS-2 unless stated otherwise.
+//! its scan (I), and questions that the simulation leaves open (D). Ids begin with their table (`T3-1`, `T4-2`), with `chk` for numbers derived from
+//! printed numbers, or with the surrogate (`PS-1`, `PS-2`) for simulation results only. Flights are those of PS-2 unless stated otherwise.
 
 use crate::book::{Book, BookError, Recomputed};
 use crate::ibm_1966::case::Case;

@@ -36,7 +36,7 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
 /// not use it.
 ///
 /// # Errors
-/// As [`analyse`]; a validation record without input or output, or with another sampling interval.
+/// Same as [`analyse`]; also for a validation record without input or output, or with another sampling interval.
 pub fn analyse_validated(
     record: &Record,
     options: &Options,

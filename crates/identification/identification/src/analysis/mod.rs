@@ -98,7 +98,7 @@ pub struct Analysis {
     pub closed_loop: Option<ClosedLoop>,
     /// The model.
     pub estimate: Estimate,
-    /// How the model's structure was found.
+    /// The search that found the model's structure.
     pub search: Search,
     /// A static curve before or after the dynamics, if one was fitted; the record and all fits are then those of the signal after the curve.
     pub curved: Option<Curved>,
@@ -134,7 +134,7 @@ pub struct Analysis {
     pub verdict: Verdict,
     /// Why.
     pub reasons: Vec<Reason>,
-    /// How the parameters of the recursive form developed.
+    /// Parameters of the recursive form over time.
     pub trajectory: Trajectory,
 }
 

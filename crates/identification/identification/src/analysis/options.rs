@@ -23,7 +23,7 @@ pub struct Options {
     pub integrators: usize,
     /// Whether to estimate an offset of the output.
     pub offset: bool,
-    /// How each segment begins.
+    /// Initial state of each segment.
     pub start: InitialState,
     /// Whether the segments share only their poles.
     pub own_numerators: bool,

@@ -12,7 +12,7 @@ use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
 /// Maximum number of candidates, and of offsets, printed.
 const SHOWN: usize = 8;
 
-/// How results are shown.
+/// Options for showing results.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Shown<'a> {
     /// Lines about the record, printed below the numbers.
@@ -50,7 +50,7 @@ impl Analysis {
         })
     }
 
-    /// The same, with a choice of what to show.
+    /// The results as text, with a choice of what to show.
     #[must_use]
     pub fn text_as(&self, shown: Shown<'_>) -> String {
         let numbers = match shown.verbose {

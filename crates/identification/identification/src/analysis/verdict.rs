@@ -36,7 +36,7 @@ impl Standing {
     }
 }
 
-/// What a model is good for.
+/// A verdict on the suitability of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// The input explains too little of the output.
@@ -56,7 +56,7 @@ pub enum Verdict {
     },
     /// The data seems closed-loop.
     ClosedLoop {
-        /// Whether it simulates well enough to be used with care.
+        /// Whether the model simulates well enough to be used with care.
         usable: bool,
     },
     /// The system is nonlinear or changes with time.
@@ -189,7 +189,7 @@ impl Verdict {
 }
 
 impl Verdict {
-    /// What to do next.
+    /// The next step for the user.
     #[must_use]
     pub fn next(self) -> String {
         let page = setting("html", "model.html");

@@ -66,7 +66,7 @@ pub(crate) fn whitening<'a>(residuals: impl Iterator<Item = &'a [f64]>) -> Vec<f
     best.1
 }
 
-/// `D e`, without the first samples, which need earlier ones.
+/// `D e` without the first samples, for which earlier errors are needed.
 pub(crate) fn whitened(d: &[f64], values: &[f64]) -> Vec<f64> {
     filter(d, &[1.0], values).split_off((d.len() - 1).min(values.len()))
 }

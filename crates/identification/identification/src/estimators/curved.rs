@@ -184,8 +184,8 @@ pub struct Wiener {
 }
 
 impl Wiener {
-    /// Runs whose outputs are estimates of the signal before the curve: measured ones where the curve has a slope, simulated ones
-    /// elsewhere, where the output carries no information.
+    /// Runs whose outputs are estimates of the signal before the curve: from the measured output where the curve has a slope; from the simulation
+    /// elsewhere, because the output carries no information there.
     pub(crate) fn in_front_of(
         curve: &StaticCurve,
         runs: &[Run<'_>],

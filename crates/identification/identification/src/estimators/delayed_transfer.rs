@@ -187,8 +187,8 @@ impl HeldInputTransfer {
     }
 }
 
-/// Slopes of the values that `of` computes at `theta` (`here`), by each parameter: central differences, or one-sided ones where the other
-/// side has no value.
+/// Derivatives of the values that `of` computes at `theta` (`here`), with respect to each parameter: central differences, or one-sided differences if
+/// the other side has no value.
 pub(super) fn slopes(
     theta: &DVector<f64>,
     here: &DVector<f64>,

@@ -37,7 +37,7 @@ pub struct Estimate {
     pub factor: Option<DMatrix<f64>>,
     /// The variance of the noise `e`, output unit squared.
     pub noise_variance: f64,
-    /// `c1 ... cn` of the noise model `C`; empty for a method without one.
+    /// `c1 ... cn` of the noise model `C`; empty for a method without a noise model.
     pub noise_model: Vec<f64>,
     /// `d1 ... dk` of the noise `e/D` on the output; empty for a method without it.
     pub noise_denominator: Vec<f64>,
@@ -244,7 +244,7 @@ impl Estimate {
         fit(without_free_motion(&left, &free), spread)
     }
 
-    /// The same with the state fitted only to the samples just before: at least a twentieth of the record for a high order. This is the fit
+    /// The simulated fit with the state fitted only to the samples just before: at least a twentieth of the record for a high order. This is the fit
     /// of a simulation without output data. `None` if there are fewer.
     #[must_use]
     pub fn fit_from_carried_state(&self, run: usize, record: Run<'_>, from: usize) -> Option<f64> {

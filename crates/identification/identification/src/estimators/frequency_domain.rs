@@ -72,7 +72,7 @@ const PARTS: usize = 4;
 pub struct FrequencyDomain {
     /// The orders; `None` to choose them.
     pub orders: Option<Orders>,
-    /// Constraints on the choice: given poles, zeros and dead time, and known ones.
+    /// Constraints on the choice: requested and known poles, zeros and dead time.
     pub given: TransferConstraints,
     /// The lowest coherence used; `None` for [`COHERENCE`].
     pub coherence: Option<f64>,
@@ -85,9 +85,9 @@ pub struct FrequencyDomain {
 /// Constraints on a transfer function.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TransferConstraints {
-    /// The number of poles, without known ones.
+    /// The number of poles, not counting known poles.
     pub poles: Option<usize>,
-    /// The number of zeros, without known ones.
+    /// The number of zeros, not counting known zeros.
     pub zeros: Option<usize>,
     /// Its dead time, s.
     pub delay: Option<f64>,
@@ -385,7 +385,7 @@ impl Fitted<'_> {
 type Choice = (Orders, Option<DVector<f64>>);
 
 impl FrequencyDomain {
-    /// The same with the orders found, for data that covers the band.
+    /// The search with the orders found, for data that covers the band.
     #[must_use]
     pub fn of_found(&self, found: &Estimate) -> Self {
         let fit = found.frequency.as_ref();

@@ -102,10 +102,10 @@ pub(super) fn minimise(
     lowered(start, (STEPS, 0.0), linearise)
 }
 
-/// The same with a limit on the number of steps and on the relative decrease of the cost in the last one.
+/// The same with a limit on the number of steps, and on the relative decrease of the cost in the last step.
 ///
 /// # Errors
-/// As [`minimise`].
+/// Same as [`minimise`].
 pub(super) fn lowered(
     start: DVector<f64>,
     (steps, share): (usize, f64),

@@ -120,7 +120,7 @@ impl Method {
         }
     }
 
-    /// Whether it has a property.
+    /// Whether the method has a property.
     #[must_use]
     pub fn has(self, property: Property) -> bool {
         self.properties().contains(&property)
@@ -132,7 +132,7 @@ impl Method {
         all.filter(move |it| it.has(property))
     }
 
-    /// Whether it estimates the coefficients of the vehicle's equations, which define the order.
+    /// Whether the method estimates the coefficients of the vehicle's equations, which define the order.
     #[must_use]
     pub fn is_of_the_vehicle(self) -> bool {
         self.has(Property::IsOfTheVehicle)

@@ -1,4 +1,4 @@
-//! The estimators, all with one trait.
+//! All estimators, which implement the same trait.
 //!
 //! | estimator | minimises, or solves | consistent when the noise is |
 //! |---|---|---|

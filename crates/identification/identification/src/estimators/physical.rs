@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 /// The number of `kappa`, `beta`, `mu`, for which there is no prior knowledge.
 pub const UNKNOWNS: usize = planesman_linear::pitch::PITCH;
 
-/// The coefficients' names, the unknown ones first.
+/// The coefficients' names; the unknown coefficients come first.
 pub const NAMES: [&str; 7] = [
     "K/J",
     "B/J",

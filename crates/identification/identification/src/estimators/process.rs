@@ -5,7 +5,7 @@
 //! i    K e^(-theta s) / s                                2u    K e^(-theta s) / ((s/wn)^2 + 2 zeta s/wn + 1)
 //! 1i   K e^(-theta s) / (s (T1 s + 1))
 //! ```
-//! Under zero-order hold the sampled model is exact. `s_k` the response to a unit step at k samples less the fraction of the dead time, `A`
+//! Under zero-order hold the sampled model is exact. `s_k` is the response to a unit step at k samples minus the fraction of the dead time, `A` is
 //! the sampled denominator,
 //! ```text
 //! B(q) = A(q) (1 - q^-1) (s_1 q^-1 + s_2 q^-2 + ...)     one coefficient more than poles
@@ -157,7 +157,7 @@ impl Estimator for Process {
 struct Signals {
     /// The input, starting as many samples earlier as the longest dead time.
     driving: Vec<f64>,
-    /// The same for a constant input of 1.
+    /// The signal `driving` for a constant input of 1.
     ones: Vec<f64>,
     outputs: Vec<f64>,
 }
@@ -559,7 +559,7 @@ impl<'a> Search<'a> {
         self.least_with(start, &[ZETA])
     }
 
-    /// The same with some parameters fixed.
+    /// The best parameters when some of them are fixed.
     fn least_with(
         &self,
         start: DVector<f64>,

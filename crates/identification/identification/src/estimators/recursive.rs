@@ -222,8 +222,8 @@ impl Recursion {
         })
     }
 
-    /// The same, before its first sample, with the input's first moments as additional regressors: as many coefficients as the numerator
-    /// has, after the offset.
+    /// A recursion before its first sample, with the input's first moments as additional regressors: as many coefficients as the numerator has, after
+    /// the offset.
     ///
     /// # Errors
     /// Like [`Recursion::new`].

@@ -134,7 +134,7 @@ pub(super) fn coloured_factor(
     Ok(coloured(unit_factor(at)?, at, residuals, variance))
 }
 
-/// The same, with a given factor of `(psi'psi)^-1`.
+/// The covariance for a coloured residual, with a given factor of `(psi'psi)^-1`.
 pub(crate) fn coloured(
     unit: DMatrix<f64>,
     at: &Linearised,

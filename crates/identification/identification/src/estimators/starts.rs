@@ -13,8 +13,8 @@ use crate::error::{IdentificationError, Result};
 use crate::structure::Problem;
 use planesman_record::filter;
 
-/// The first filters, `(1 - rho q^-1)^-n`: from no filter to the slowest one, for records at 20 Hz. The less noise passes, the nearer to the
-/// vehicle's poles the rounds begin.
+/// The first filters, `(1 - rho q^-1)^-n`: from no filter to the slowest one, for records at 20 Hz. The first filters; the less noise they pass, the
+/// nearer to the vehicle's poles the rounds begin.
 const FIRST_FILTERS: [f64; 4] = [0.0, 0.7, 0.9, 0.97];
 
 /// Number of decay rates per sample for initial guesses of real poles: from the record's length to one sample.

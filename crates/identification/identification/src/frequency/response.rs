@@ -27,7 +27,7 @@ use super::windows::{Taper, Windows, starts};
 use crate::error::{IdentificationError, Result};
 use planesman_parallel::on_all_cores;
 
-/// A window length with less than this share of the averages is left out.
+/// A window length is left out if its share of the averages is below this value.
 const NEXT_TO_NOTHING: f64 = 1e-3;
 /// The smallest random error assigned to a window length, so that noise-free data has weights.
 const LEAST_ERROR: f64 = 1e-9;

@@ -4,8 +4,8 @@
 //! t_n = w_n e^(-jwTn) - mean,   w_n = (1 - cos(2 pi n / L)) / 2,   n = 0 ... L-1
 //! ```
 //! The mean of a taper is subtracted from the taper; this has the same effect as subtracting the mean of each segment. Long windows resolve low
-//! frequencies, short ones average more often (Tischler and Remple, *Aircraft and Rotorcraft System Identification*, 2nd ed., 2012, ch. 10). Source
-//! of the averages: Welch, *IEEE Trans. Audio Electroacoust.* 15, 1967.
+//! frequencies, short windows average more often (Tischler and Remple, *Aircraft and Rotorcraft System Identification*, 2nd ed., 2012, ch. 10).
+//! Source of the averages: Welch, *IEEE Trans. Audio Electroacoust.* 15, 1967.
 
 use std::f64::consts::{PI, TAU};
 
@@ -13,7 +13,7 @@ use planesman_linear::Complex;
 
 use crate::error::{IdentificationError, Result};
 
-/// Minimum number of segments of the longest window for one input, and additional ones for each further input.
+/// Minimum number of segments of the longest window for one input, and the number of additional segments for each further input.
 const SEGMENTS: usize = 5;
 const SEGMENTS_PER_INPUT: usize = 2;
 /// The shortest window, samples: the minimum for the longest one, and the end of halving.

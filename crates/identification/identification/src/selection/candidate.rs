@@ -103,14 +103,15 @@ impl Candidate {
         errors_not_significantly_worse(&self.errors, standard_errors, slack, &best.errors)
     }
 
-    /// Whether it cannot be distinguished from the best, neither by that criterion within a bound nor block by block; needs enough samples.
+    /// Whether the candidate cannot be distinguished from the best, neither by that criterion within a bound nor block by block; needs enough
+    /// samples.
     pub(crate) fn is_alike(&self, best: &Self, bound: f64) -> bool {
         self.samples > 2.0 * MIN_EFFECTIVE_SAMPLES
             && self.criterion() - best.criterion() <= bound
             && self.is_within(1.0, 0.0, best)
     }
 
-    /// Whether all poles except known ones are stable.
+    /// Whether all poles, except known poles, are stable.
     pub(crate) fn is_stable(&self) -> bool {
         lies_within(&self.poles, 1.0)
     }
@@ -135,7 +136,7 @@ impl Candidate {
         among.iter().filter(is_lower)
     }
 
-    /// Whether its error is less than a share of the other's in each half, with a state fitted there.
+    /// Whether the candidate's error is below a share of the other's in each half, with a state fitted there.
     pub(super) fn leaves_less(&self, share: f64, other: &Self) -> bool {
         let pairs = self.in_windows.iter().zip(&other.in_windows);
         pairs.into_iter().all(|(it, other)| *it < share * other)

@@ -27,7 +27,7 @@ const WORSE: f64 = 3.0;
 /// One candidate with its criteria.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Candidate {
-    /// Number of poles, without known ones.
+    /// Number of poles, not counting known poles.
     pub order: usize,
     /// Samples from input to first effect.
     pub delay: usize,

@@ -12,8 +12,8 @@
 //! closed loop, where output noise biases an equation error: models with a noise model (ARMAX) are tried too. A stable difference equation is chosen
 //! only if there is nothing else: with its state fitted in the block, its error is optimistic.
 //!
-//! A pole at that limit is replaced by a model without one that is within a standard error, or nearly as good. If the best stable model has a pole at
-//! that limit, models with an integrator are tried too; they are kept if their error is smaller in either half.
+//! A model with a pole at that limit is replaced by a model without such a pole, if that model is within a standard error, or nearly as good. If the
+//! best stable model has a pole at that limit, models with an integrator are tried too; they are kept if their error is smaller in either half.
 
 mod candidate;
 pub mod criteria;

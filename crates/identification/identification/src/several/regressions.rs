@@ -59,7 +59,7 @@ impl Equation {
 }
 
 impl Regressions {
-    /// Of records with one output.
+    /// For records with one output.
     pub(super) fn of(segments: &[Segment], inputs: usize) -> Self {
         let samples: usize = segments.iter().map(Segment::len).sum();
         let lags = LAGS

@@ -340,7 +340,7 @@ impl<'a> Chooser<'a> {
         }
     }
 
-    /// Initial poles of a given order for a channel: the realised ones, and real poles added to the present ones.
+    /// Initial poles of a given order for a channel: the realised poles, and the present poles with real poles added.
     fn starts(&self, input: usize, order: usize, before: &[f64]) -> Vec<Vec<f64>> {
         let realised = order
             .checked_sub(1)

@@ -472,7 +472,7 @@ pub(crate) struct ClientOpener {
 }
 
 impl ClientOpener {
-    /// As [`Runtime::client`].
+    /// Same as [`Runtime::client`].
     pub(crate) fn open<S: Service>(&self, name: &str) -> Result<Client<S>> {
         let name = self.shared.service_name(name)?;
         let inner = service::client(&self.shared, self.mapping, &name, &announce_service::<S>()?)?;

@@ -68,7 +68,7 @@ impl<E: 'static> Runtime<E> {
     /// Starts the node in `domain`.
     ///
     /// # Errors
-    /// As [`Runtime::start`].
+    /// Same as [`Runtime::start`].
     pub fn start_in<P: Parameters + 'static>(
         domain: Domain,
         spec: NodeSpec<E, P>,
@@ -80,7 +80,7 @@ impl<E: 'static> Runtime<E> {
     /// Starts the node in `domain`, with other limits of received messages.
     ///
     /// # Errors
-    /// As [`Runtime::start`].
+    /// Same as [`Runtime::start`].
     pub fn with_receive_limits<P: Parameters + 'static>(
         domain: Domain,
         spec: NodeSpec<E, P>,

@@ -206,7 +206,7 @@ impl Analysis {
     /// All results as text.
     ///
     /// # Errors
-    /// As [`Analysis::page`].
+    /// Same as [`Analysis::page`].
     pub fn text(&self) -> Result<String> {
         Ok(self.outcome(true)?.to_string())
     }
@@ -215,7 +215,7 @@ impl Analysis {
     /// continuous approximation.
     ///
     /// # Errors
-    /// As [`Analysis::page`].
+    /// Same as [`Analysis::page`].
     pub fn outcome(&self, verbose: bool) -> Result<Outcome> {
         let law = self.law;
         let drive = self.subject.drive()?;

@@ -7,7 +7,7 @@
 //! dead zone, 1 % of the stroke. Neither kind counts as unbeaten.
 //!
 //! - energy: energy from the supply over the load cycle (pressure times volume), plus the energy of the solenoids, J;
-//! - **tracking**: root mean square of reference less position, m;
+//! - **tracking**: root mean square of reference minus position, m;
 //! - **peak pressure**: the highest chamber pressure, gauge, Pa;
 //! - **switchings**: number of valve switchings per hour, opening and closing counted separately;
 //! - **life**: time until the valve that switches most reaches its rated life, h.

@@ -110,7 +110,7 @@ impl Locus {
     /// The HTML page: the table, and the locus as a plot, in which the cursor shows the parameter's value at each pole.
     ///
     /// # Errors
-    /// As [`Locus::poles_text`].
+    /// Same as [`Locus::poles_text`].
     pub fn page(&self, drive: &Drive) -> Result<String> {
         let (varied, _) = self.vary.described();
         let (from, to) = (number(self.value(0.0)), number(self.value(1.0)));

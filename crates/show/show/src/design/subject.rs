@@ -261,7 +261,7 @@ impl Subject {
     /// The closed loop with these gains at a speed, m/s.
     ///
     /// # Errors
-    /// As [`Subject::plant`].
+    /// Same as [`Subject::plant`].
     pub fn dive_loop(&self, drive: &Drive, (gains, memory): Law, speed: f64) -> Result<DiveLoop> {
         Ok(DiveLoop {
             plant: self.plant(drive, speed)?,

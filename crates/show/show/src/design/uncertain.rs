@@ -124,7 +124,7 @@ impl DiveTask {
     /// The depth response to a unit step of the setpoint, for the model's vehicle and for the drawn ones that are stable.
     ///
     /// # Errors
-    /// As [`DiveTask::gains`].
+    /// Same as [`DiveTask::gains`].
     pub fn depths(&self, found: &DiveGains) -> Result<Band> {
         let plants = self.plants()?;
         let stable = plants.drawn.iter().zip(&found.draws);

@@ -26,7 +26,7 @@ pub struct History {
 /// The fields with the largest differences, at most `most` per topic. Both recordings are read once more.
 ///
 /// # Errors
-/// As [`diff`](crate::diff::diff()).
+/// Same as [`diff`](crate::diff::diff()).
 pub fn histories(
     [a, b]: [&Path; 2],
     options: &Options<'_>,

@@ -1,7 +1,7 @@
 //! Compares two recordings message by message, each topic separately.
 //!
-//! Payloads are first compared as bytes; only different ones are decoded by the bag's schema and compared field by field. Messages are paired
-//! by their own stamps (`pairing`), so a missing message does not shift all later pairs. The time of reception is not compared.
+//! Payloads are first compared as bytes; only different payloads are decoded by the bag's schema and compared field by field. Messages are paired by
+//! their own stamps (`pairing`), so a missing message does not shift all later pairs. The time of reception is not compared.
 //!
 //! - [`diff`]: compares; [`Options`]: what counts as a difference.
 //! - [`Comparison`], [`TopicResult`], [`FieldResult`], [`First`]: the result; `text` prints it.

@@ -89,7 +89,7 @@ fn stamp_path(types: &Types) -> Option<FieldPath> {
     types.stamp().or_else(first)
 }
 
-/// Decoder of a type's stamp; `None` for a type without one.
+/// Decoder of a type's stamp; `None` for a type without a stamp.
 #[must_use]
 pub fn stamp_decoder(types: &Types) -> Option<StampDecoder> {
     StampDecoder::at(types, &stamp_path(types)?)
@@ -147,7 +147,7 @@ fn table(path: &Path) -> Result<Recording, DiffError> {
     })
 }
 
-/// Reads a table and a bag; of the table, only columns that the bag contains are kept.
+/// Reads a table and a bag; only those columns of the table are kept that the bag also contains.
 fn beside(
     table: Recording,
     path: &Path,

@@ -183,7 +183,7 @@ pub fn kept(flown: &FlightReport) -> Option<String> {
     }
 }
 
-/// Table comparing flights, a quantity per row; for two flights also the second less the first.
+/// Table comparing flights, with a quantity per row; for two flights also the second value minus the first.
 #[must_use]
 pub fn comparison(flights: &[FlightReport]) -> Table {
     let names = flights.iter().map(|it| it.name.as_str());
@@ -262,7 +262,7 @@ fn modes_table(flights: &[FlightReport]) -> Markup {
     }
 }
 
-/// Where the supply's energy went, each term with a bar; below that electrical energy and efficiencies.
+/// Distribution of the supply's energy, each term with a bar; below that electrical energy and efficiencies.
 fn energy_table(flights: &[FlightReport]) -> Markup {
     let known = |flown: &'_ FlightReport| {
         let Summary {

@@ -14,7 +14,7 @@ pub struct Series<'a> {
     pub name: Cow<'a, str>,
     /// Points (x, y).
     pub points: Vec<(f64, f64)>,
-    /// How it is drawn.
+    /// Drawing style of the series.
     pub style: Style,
     /// Name of a further quantity and its value at each point, such as the gain along a locus.
     pub at: Option<(Cow<'a, str>, Vec<f64>)>,
@@ -59,7 +59,7 @@ impl<'a> Series<'a> {
 }
 
 planesman_text::choices! {
-    /// How a series is drawn.
+    /// Drawing style of a series.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Style {
         /// A solid line.

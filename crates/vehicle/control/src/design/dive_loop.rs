@@ -82,8 +82,8 @@ impl DivePlant {
         }
     }
 
-    /// The same vehicle with a sampled command. `lag` (s, 0 for none) is the lag of the actuator; `motion` is the remaining response between command
-    /// and planes, in the form of [`Sampled::new`], for ticks of `tick` seconds.
+    /// The vehicle with a sampled command. `lag` (s, 0 for none) is the lag of the actuator; `motion` is the remaining response between command and
+    /// planes, in the form of [`Sampled::new`], for ticks of `tick` seconds.
     ///
     /// # Errors
     /// Errors of [`Sampled::new`].

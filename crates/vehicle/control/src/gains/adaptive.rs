@@ -97,7 +97,7 @@ impl Adaptive {
         )
     }
 
-    /// The gains `dt` seconds after the last ones, and the reason if only the schedule is used.
+    /// The gains `dt` seconds after the previous gains, and the reason if only the schedule is used.
     pub(super) fn step(
         &mut self,
         schedule: &Schedule,

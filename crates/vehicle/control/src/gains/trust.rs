@@ -3,7 +3,7 @@
 //! 1. `K/J` and `B/J` are within a factor [`Trust::factor`] of the scheduled model's;
 //! 2. their standard deviations are below [`Trust::uncertainty`] of the values.
 //!
-//! The gains then stay within the same factor of the scheduled ones.
+//! The gains then stay within the same factor of the scheduled gains.
 
 use super::distrust::Distrust;
 use super::pitch_model::{Identified, PitchModel};

@@ -153,7 +153,7 @@ fn items(text: &str) -> Vec<&str> {
 pub struct Space {
     /// The varied parameters, the slowest first.
     pub axes: Vec<Axis>,
-    /// Number of samples of a Latin hypercube; 1 without one.
+    /// Number of samples of a Latin hypercube; 1 if there is none.
     samples: u64,
     /// Number of seeds, starting at the scenario's seed.
     pub seeds: u32,

@@ -5,7 +5,7 @@
 //! - **High-pass.** A summer with feedback through a pot `k`, an integrator and an inverter: `H = s/(s + k)`. Two in series give the
 //!   second-order filter `H = s^2/(s + k)^2`. The report found it of limited value, since the zero is not constant.
 //! - **Dead band.** A relay comparator that switches at 0 V, before the integrator for pitch. The gyro's zero is offset so that it stays positive;
-//!   only the negative output of a dive passes. It ignores bow-up motion, and bow-down motion slower than the offset.
+//!   only the negative output of a dive passes. The comparator ignores bow-up motion, and bow-down motion slower than the offset.
 //!
 //! The digitized pitch rate was unconditioned (Fig. 44); conditioning is available for comparison. The filters are exact for an input held
 //! between samples (zero-order hold).

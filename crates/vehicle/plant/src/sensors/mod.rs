@@ -103,7 +103,7 @@ impl Default for Sensors {
 pub(crate) struct Truth {
     /// Roll, pitch and yaw rate \[rad/s\] about the body's axes forward, right, down.
     pub rates: [f64; 3],
-    /// Specific force \[m/s^2\], forward, left, up: acceleration less gravity.
+    /// Specific force \[m/s^2\], forward, left, up: acceleration minus gravity.
     pub specific_force: [f64; 3],
     /// Pitch, bow up \[rad\].
     pub pitch: f64,
@@ -177,7 +177,7 @@ pub(crate) struct Readings {
     pub specific_force: [f64; 3],
     /// Absolute pressure at the depth port \[Pa\].
     pub depth_pressure: f64,
-    /// Stagnation pressure less static pressure \[Pa\].
+    /// Stagnation pressure minus static pressure \[Pa\].
     pub speed_pressure: f64,
     /// Output of the converter \[V\].
     pub volts: Channels<f64>,
@@ -306,7 +306,7 @@ impl Sensors {
             - environment.atmospheric_pressure
     }
 
-    /// Pressure at the nose less pressure at the side ports \[Pa\].
+    /// Pressure at the nose minus pressure at the side ports \[Pa\].
     fn speed_differential(&self, truth: &Truth, environment: &Environment) -> f64 {
         let specific_weight = environment.density * environment.gravity;
         environment.dynamic_pressure(truth.speed)
@@ -342,7 +342,7 @@ pub(crate) fn specific_force_of(
     ]
 }
 
-/// Specific force at the body's origin, forward, left, up \[m/s^2\]: the acceleration due to all forces, less gravity. In body axes
+/// Specific force at the body's origin, forward, left, up \[m/s^2\]: the acceleration due to all forces, minus gravity. In body axes
 /// forward, right, down, without sideslip:
 ///
 /// ```text

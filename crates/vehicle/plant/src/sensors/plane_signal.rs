@@ -8,8 +8,8 @@
 //! a transmitter reference of roughly 2.5 V. A pot subtracts the zero in a summer so that neutral dive planes read 0.0 V (Fig. 43).
 //!
 //! The report contradicts itself on the setting of that pot. Figs. 42 and 43 require 2.44 V; p. 89 states 2.19 V, which would leave 0.25 V, or 25
-//! degrees, at neutral planes. The same pot fed the roll summer. The figures leave 0.061 V of 2.483 V there, so it subtracted 2.422 V: only p. 89
-//! supports 2.19 V. 2.44 V is the default; 2.19 V can be set.
+//! degrees, at neutral planes. The same potentiometer fed the roll summing amplifier. The figures leave 0.061 V of 2.483 V there, so it subtracted
+//! 2.422 V: only p. 89 supports 2.19 V. 2.44 V is the default; 2.19 V can be set.
 
 /// Calibration of a command signal.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,9 +5,9 @@
 //! ```text
 //! q' = kappa delta - beta q - mu theta + nu w       kappa = M_delta/J, beta = -M_q/J, mu = W BG/J
 //! ```
-//! and gives `M'delta`, `M'q` and `BG`, with the base's `J`. At other speeds they scale like all coefficients. A model file with the
-//! vehicle's equations is used directly (`target`): its heave equation too, with `nu = 0` if it omits heave. For a transfer function alone,
-//! from planes to pitch rate or pitch, the `kappa`, `beta`, `mu` are estimated that fit it best together with the base's heave (`nearest`).
+//! and gives `M'delta`, `M'q` and `BG`, with the base's `J`. At other speeds they scale like all coefficients. A model file with the vehicle's
+//! equations is used directly (`target`), including its heave equation, with `nu = 0` if it omits heave. For a transfer function alone, from planes
+//! to pitch rate or pitch, the `kappa`, `beta`, `mu` are estimated that fit it best together with the base's heave (`nearest`).
 
 mod error;
 mod nearest;

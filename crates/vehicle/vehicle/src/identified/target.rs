@@ -1,4 +1,4 @@
-//! The base vehicle with changed coefficients, so that its linearised equations equal given ones.
+//! The base vehicle with changed coefficients, so that its linearised equations equal the given equations.
 
 use planesman_model_file::{Heave, Physical};
 

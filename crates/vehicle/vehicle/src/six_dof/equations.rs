@@ -220,7 +220,7 @@ impl Vehicle {
         self.derivative_under(state, &self.held(inputs), water)
     }
 
-    /// The same, with prepared inputs.
+    /// The derivative of the state, with prepared inputs.
     #[inline(always)]
     pub(super) fn derivative_under<T: Real>(
         &self,

@@ -55,7 +55,7 @@ impl RigidBody {
     }
 }
 
-/// Inertia about the origin from the one about the centre of gravity: `I_g - m S(r)^2`.
+/// Inertia about the origin from the inertia about the centre of gravity: `I_g - m S(r)^2`.
 #[must_use]
 pub fn about_origin(inertia: [Three<f64>; 3], mass: f64, r: Three<f64>) -> [Three<f64>; 3] {
     let square = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];

@@ -16,7 +16,7 @@ pub trait Real:
     + Neg<Output = Self>
     + AddAssign
 {
-    /// The same number in every lane.
+    /// One number in every lane.
     fn of(x: f64) -> Self;
 
     /// Applies a function to each lane.

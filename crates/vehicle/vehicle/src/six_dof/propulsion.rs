@@ -164,7 +164,7 @@ impl Inverse {
 }
 
 impl Propulsor {
-    /// Whether its force depends on the velocity.
+    /// Whether the propulsor's force depends on the velocity.
     pub(super) fn feels_flow(&self) -> bool {
         matches!(self, Self::Propeller { .. })
     }

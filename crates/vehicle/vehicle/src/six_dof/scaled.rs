@@ -12,8 +12,8 @@ impl Vehicle {
     ///
     /// A name is a group: `mass` (with the body's inertia), `inertia`, `weight`, `buoyancy`, `centre_of_gravity`, `centre_of_buoyancy`,
     /// `added_mass`, `linear_damping`, `quadratic_damping`, `cross_flow` (its drag), `fins` (their areas), `thrust` (of propellers and
-    /// thrusters). Or it is a coefficient by its row and product: `Y_uv`, `N_uu_rudder` (with the input's name). Matrix entries have such
-    /// names too: `X_u` (linear damping), `Z_w|w|` (quadratic damping), `M_qdot` (added mass, with its mirrored entry).
+    /// thrusters). Or it is a coefficient by its row and product: `Y_uv`, `N_uu_rudder` (with the input's name). Matrix entries also have such names:
+    /// `X_u` (linear damping), `Z_w|w|` (quadratic damping), `M_qdot` (added mass, with its mirrored entry).
     ///
     /// # Errors
     /// [`Unphysical`], if a name is unknown or its numbers are all 0, or if the result is not physical.
@@ -93,7 +93,7 @@ fn numbers<'p>(parts: &'p mut Parts, name: &str) -> Result<Vec<&'p mut f64>, Unp
     })
 }
 
-/// Thrust and torque of a propulsor; a force that is an input has no number of its own.
+/// Thrust and torque of a propulsor; a force that is an input has no separate number.
 fn of_thrust(propulsor: &mut Propulsor) -> Vec<&mut f64> {
     match propulsor {
         Propulsor::Constant { force, moment } => vec![force, moment],

@@ -338,7 +338,7 @@ impl Tick {
         ]
     }
 
-    /// Whether it touches neither in any attitude.
+    /// Whether the vehicle touches neither surface nor bottom in any attitude.
     fn is_far(&self, sea: &Sea, state: &State) -> bool {
         let (reach, depth) = (self.vehicle.reach(), state.position[2]);
         (!sea.has_surface || depth > reach)

@@ -27,7 +27,7 @@ pub struct Torpedo {
     pub prismatic: f64,
     /// Density of the water \[kg/m^3\].
     pub density: f64,
-    /// Buoyancy less weight, relative to the buoyancy.
+    /// Buoyancy minus weight, relative to the buoyancy.
     pub reserve: f64,
     /// Distance of the centre of gravity below the centre of buoyancy \[m\].
     pub gravity_below: f64,

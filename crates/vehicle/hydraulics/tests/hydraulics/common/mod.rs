@@ -62,12 +62,12 @@ impl Bench {
         Self::settled(set, 1, commands)
     }
 
-    /// As [`Bench::new`], the sign valve at `sign` from before the start.
+    /// Like [`Bench::new`], the sign valve at `sign` from before the start.
     pub(crate) fn settled(set: ActuatorSet, sign: i8, commands: &[i8]) -> Self {
         Self::worn(set, Condition::SOUND, sign, commands)
     }
 
-    /// As [`Bench::settled`], the actuator in `condition`.
+    /// Like [`Bench::settled`], the actuator in `condition`.
     pub(crate) fn worn(set: ActuatorSet, condition: Condition, sign: i8, commands: &[i8]) -> Self {
         Self {
             train: PulseTrain::worn(&set, condition, sign, commands),
