@@ -164,7 +164,7 @@ fn head(topic: &TopicSurvey) -> String {
     }
     for (count, what) in [
         (timing.duplicates, "duplicates"),
-        (timing.late, "going back in time"),
+        (timing.late, "stamps that go back in time"),
     ] {
         if count > 0 {
             text += &format!(", {count} {what}");

@@ -389,7 +389,7 @@ fn transients(number: &str, what: &str, case: &Case, input: Input) -> [Plot<'sta
     let points = flown(case, input, 0.0, TRANSIENT);
     [
         Plot::new(format!("Fig. {number}: {what} (yaw)"), YAW).line("psi", yaw(&points)),
-        Plot::new(format!("Fig. {number}: the same (ram)"), RAM).line("X_1", ram(&points)),
+        Plot::new(format!("Fig. {number}: {what} (ram)"), RAM).line("X_1", ram(&points)),
     ]
 }
 
@@ -425,8 +425,11 @@ fn analog() -> [Plot<'static>; 3] {
         )
         .note("The actuator is of second order, calibrated on Table 4-3.")
         .line("psi", step),
-        Plot::new("Fig. 4-7: the same (nozzle)", ["time [s]", "nozzle [deg]"])
-            .line("nozzle", step_nozzle),
+        Plot::new(
+            "Fig. 4-7: analog flight control, step of 10 pulses (nozzle)",
+            ["time [s]", "nozzle [deg]"],
+        )
+        .line("nozzle", step_nozzle),
         Plot::new("Fig. 4-8: analog flight control, half a degree of yaw", YAW)
             .note("No limit cycle remains.")
             .line("psi_0 = +1/2 deg", right)

@@ -56,15 +56,15 @@ pub(crate) fn prefilter(record: &mut Record, band: Band) -> String {
     }
     record.segments.retain(|it| !it.is_empty());
     let passed = match (high_pass, low_pass) {
-        (Some(_), Some(_)) => format!("from {} to {} Hz pass", band.0, band.1),
+        (Some(_), Some(_)) => format!("frequencies from {} to {} Hz pass", band.0, band.1),
         (Some(_), None) => format!(
-            "above {} Hz pass: the steady-state gain is extrapolated",
+            "frequencies above {} Hz pass: the steady-state gain is extrapolated",
             band.0
         ),
-        _ => format!("below {} Hz pass", band.1),
+        _ => format!("frequencies below {} Hz pass", band.1),
     };
     format!(
-        "frequencies {passed}; the first {:.6} s of each segment are left out, because the filters settle in this time",
+        "{passed}; the first {:.6} s of each segment are left out, because the filters settle in this time",
         lead as f64 * record.sample_time
     )
 }

@@ -222,7 +222,7 @@ pub fn sizes(set: &ActuatorSet) -> Vec<Size> {
         size("force-limited rate, positive", plus, speed),
         size("force-limited rate, negative", minus, speed),
         size(
-            "  over slew rate, the lesser",
+            "  smaller one divided by the slew rate",
             plus.min(-minus) / set.slew_rate(),
             none,
         ),

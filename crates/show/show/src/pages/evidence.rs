@@ -508,7 +508,10 @@ impl<'a> Evidence<'a> {
                     }
                 } }
             } }
-            p { "Samples are on the grid of " (number(self.data.prepared.resampled.record.sample_time)) " s and counted from 1 in each file; times start at the output's first sample in the file." }
+            p { (format!(
+                "Samples are on a grid of {} s and counted from 1 in each file; times start at the output's first sample in the file.",
+                number(self.data.prepared.resampled.record.sample_time)
+            )) }
             div.scroll { table.words {
                 thead { tr { @for head in ["row", "file", "samples", "time, s", "role", "shown in"] { th { (head) } } } }
                 @for (row, part) in (1..).zip(&self.parts) { tr #(part.id) {
@@ -539,14 +542,14 @@ impl<'a> Evidence<'a> {
         html! {
             @match entry {
                 Entry::Data => a href="#samples-fitted" { "every sample of each file" },
-                Entry::Excitation | Entry::Response => a href="#samples-fitted" { "every used segment, at frequencies with a coherence of " (COHERENCE) " or more" },
+                Entry::Excitation | Entry::Response => a href="#samples-fitted" { (format!("every used segment, at frequencies with a coherence of {COHERENCE} or more")) },
                 Entry::Validation => {
                     @if has(HELD_OUT) { a href="#samples-held-out" { "held out" } "; " }
                     a href="#samples-fitted" { (text) }
                 }
                 Entry::Residuals => a href="#samples-fitted" { "the longest segment" },
                 Entry::Model => a href="#samples-fitted" { (text) },
-                Entry::Margins | Entry::Causes | Entry::Steps => { "the model and its covariance, which come from " a href="#samples-fitted" { (text) } }
+                Entry::Margins | Entry::Causes | Entry::Steps => { "the model and its covariance, which are computed from these samples: " a href="#samples-fitted" { (text) } }
             }
         }
     }

@@ -149,7 +149,7 @@ fn summary(of: &Summary) -> Vec<Card> {
 fn conclusions(flown: &FlightReport, alone: bool) -> Markup {
     html! {
         @if let Some(reason) = &flown.flight.truncated {
-            p.warn { "The bag is incomplete: " (reason.trim_start_matches("incomplete: ")) "; this page shows what it contains." }
+            p.warn { (format!("The bag is incomplete: {}; this page shows the messages that the bag contains.", reason.trim_start_matches("incomplete: "))) }
         }
         @for note in &flown.summary.notes {
             p.warn { (note) }
@@ -288,12 +288,12 @@ fn energy_table(flights: &[FlightReport]) -> Markup {
                 }
                 tr { td { "work of the supply" } td { (significant(energy.supply, DIGITS)) } td { "100 %" } td {} }
             } }
-            p { "The sum of the terms equals the work of the supply within a relative error of " (format!("{:.0e}", energy.closure().unwrap_or_default()))
-                ". The load is the mass and the viscous damping of the actuator's file." }
+            p { (format!("The sum of the terms equals the work of the supply within a relative error of {:.0e}. The load is the mass and the viscous damping of the actuator's file.", energy.closure().unwrap_or_default())) }
             @if let Some(joule) = proportional {
-                p { "For the same motion an ideal proportional valve would need " (significant(*joule, DIGITS)) " J in the same circuit (load "
-                    (format!("{:.1} %", 100.0 * energy.load() / joule)) "), and an ideal 4-way valve "
-                    (significant(energy.proportional_valve, DIGITS)) " J; its smaller chamber returns oil to the tank and not to the supply." }
+                p { (format!(
+                    "For the same motion an ideal proportional valve would need {} J in the same circuit (load {:.1} %). An ideal 4-way valve, which returns the smaller chamber's oil to the tank and not to the supply, would need {} J.",
+                    significant(*joule, DIGITS), 100.0 * energy.load() / joule, significant(energy.proportional_valve, DIGITS)
+                )) }
             }
         }
     }
@@ -328,8 +328,10 @@ fn poles_table(flown: &FlightReport) -> Markup {
                 }
             } }
             @if let Some(error) = summary.pole_error() {
-                p { "The identified dominant pole is " (distance_text(error)) " of its magnitude away from the true pole ("
-                    (summary.samples) " samples, one-step fit " (format!("{:.2}", summary.fit)) " %)." }
+                p { (format!(
+                    "The identified dominant pole differs from the true pole by {} of its magnitude ({} samples, one-step fit {:.2} %).",
+                    distance_text(error), summary.samples, summary.fit
+                )) }
             }
         }
     }

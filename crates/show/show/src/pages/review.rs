@@ -315,7 +315,7 @@ pub fn page(review: &Review<'_>) -> String {
         html! {
             (cards(&review.cards()))
             ul.verdict { @for (text, entry) in review.conclusion().into_iter().skip(1) { li { (linked(&text, entry)) } } }
-            p { "Each sentence and each cell has a link to the " a href="#evidence" { "method and the samples" } " of its numbers. To repeat the review:" br; code { (review.command) } br; (review.program) }
+            p { "Each sentence and each cell has a link to the method and the samples behind its numbers (" a href="#evidence" { "all of them" } "). To repeat the review, run this command:" br; code { (review.command) } br; (review.program) }
         },
     )];
     sections.push((

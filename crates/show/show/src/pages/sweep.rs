@@ -40,7 +40,7 @@ pub fn page(
         p.lead { (scenario.description()) }
         (cards(&summary(space, outcomes)))
         @if let Some(signal) = signal {
-            p { "Flown with a test signal, " (signal) "; " (signal.effect()) "." }
+            p { (format!("All flights have a test signal, {signal}; {}.", signal.effect())) }
         }
         p { (outcomes.cases) " of " (all) " cases"
             @if outcomes.failed > 0 { "; " (outcomes.failed) " broke off" }
@@ -181,7 +181,7 @@ fn pareto(space: &Space, outcomes: &Outcomes) -> Markup {
                     }
                 }
             } }
-            @if front.len() > LISTED { p { (front.len() - LISTED) " more combinations are on this line." } }
+            @if front.len() > LISTED { p { (format!("{} more combinations are on this line.", front.len() - LISTED)) } }
         } @else {
             p { "No combination settles within 5 % in every flight: there is no Pareto plot of settling time and plane travel." }
         }

@@ -265,11 +265,19 @@ impl Table {
             return self.missing.push(reason.into());
         };
         let ideal = spheroid.m_w(vehicle.mass / vehicle.reference_mass);
-        self.by_methods(m_w, impulse, [("Munk, ideal fluid, no fins", ideal)]);
+        self.by_methods(
+            m_w,
+            impulse,
+            [("Munk moment in an ideal fluid, without fins", ideal)],
+        );
         match hull.lift_aft {
             Some(aft) => {
                 let less = ideal + hull_z_w * aft / l + fins.m_w();
-                self.by_methods(m_w, impulse, [("Munk minus the lift aft, and fins", less)]);
+                self.by_methods(
+                    m_w,
+                    impulse,
+                    [("Munk moment minus the lift aft, and fins", less)],
+                );
             }
             None => self
                 .missing
