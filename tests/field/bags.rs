@@ -261,9 +261,11 @@ fn where_headers_tell_no_common_time_the_recorders_is_taken_and_that_is_said() {
             .says("the recorder's time is used for all");
         let asked = fitted_imu(&folder, &["--stamp", "log"]);
         asked.is_the_plant(SAMPLES as u64);
-        let seconds = asked.said().contains("count as delay of the system");
+        let seconds = asked
+            .said()
+            .contains("of this count as a delay of the system");
         assert!(
-            !seconds || asked.said().contains("2.0 ms count"),
+            !seconds || asked.said().contains("2.0 ms of this count"),
             "{}",
             asked.said()
         );

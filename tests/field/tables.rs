@@ -592,7 +592,7 @@ fn truth_values_and_words_for_nothing_are_cells() {
     });
     let answer = of(folder.path(), "null.csv", format!("t,u,y\n{text}"), &[]);
     answer
-        .says("12 without a number, the first 'NULL' in line 9")
+        .says("12 contain no number, the first 'NULL' in line 9")
         .says("verdict: good");
     let text = rows(|_, t, u, y| format!("{t:.2},{u},\"{}\"", grouped(5000.0 * y)));
     let answer = of(

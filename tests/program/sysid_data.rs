@@ -297,8 +297,8 @@ fn every_cell_that_is_no_number_is_counted_and_shown() {
     let prepared = fit(&table, "-i u -o y --order 1").prepared;
     let account = prepared.description();
     for note in [
-        "'u': of 200 cells 1 empty, the first in line 22",
-        "'y [rad]': of 200 cells 1 empty, the first in line 52, 2 without a number, the first 'n/a\\u001b[2J' in line 32",
+        "'u': of 200 cells 1 are empty, the first in line 22",
+        "'y [rad]': of 200 cells 1 are empty, the first in line 52, 2 contain no number, the first 'n/a\\u001b[2J' in line 32",
         "'y' is the column 'y [rad]'",
     ] {
         assert!(account.contains(note), "{account}");
@@ -435,9 +435,9 @@ fn how_late_the_recorder_was_is_said() {
     for (stamp, says) in [
         (
             "header",
-            "43.0 ms apart; with the stamps of the headers this is not a delay",
+            "43.0 ms apart; with the header stamps, this difference does not count as a delay",
         ),
-        ("log", "45.0 ms count as delay of the system"),
+        ("log", "45.0 ms of this count as a delay of the system"),
     ] {
         let found = fit(&path, &format!("{IMUS} --stamp {stamp}"));
         let account = found.prepared.description();

@@ -1,6 +1,6 @@
 //! Time history of a quantity, reduced to the resolution of a plot.
 //!
-//! At most [`COLUMNS`] columns of equal width are stored, whatever the length; each column stores its first, smallest, largest and last point. A line
+//! At most [`COLUMNS`] columns of equal width are stored, for any length; each column stores its first, smallest, largest and last point. A line
 //! through them covers the same pixels as the line through all points if a column is at most one pixel wide (Jugel et al., *M4*, VLDB 2014). A short
 //! history is kept unchanged. When there are too many columns, their width doubles.
 

@@ -17,7 +17,7 @@
 //! - **Another grid**: if as many consecutive outputs as the window is long are off the grid, their publisher was restarted, or has a
 //!   slightly different rate. Then a new grid is used.
 //!
-//! Memory is bounded by the window, whatever the stamps, as long as samples are taken.
+//! Memory is bounded by the window for any stamps, as long as samples are taken.
 
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;

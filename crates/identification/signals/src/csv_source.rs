@@ -804,12 +804,15 @@ impl Faults {
         let mut parts = Vec::new();
         if self.empty > 0 {
             let first = self.first_empty.unwrap_or_default();
-            parts.push(format!("{} empty, the first in line {first}", self.empty));
+            parts.push(format!(
+                "{} are empty, the first in line {first}",
+                self.empty
+            ));
         }
         if let Some((text, line)) = &self.first {
             let text = shown(text);
             parts.push(format!(
-                "{} without a number, the first '{text}' in line {line}",
+                "{} contain no number, the first '{text}' in line {line}",
                 self.others
             ));
         }

@@ -8,7 +8,7 @@
 //! - **Time going back** by more than the aligner's window, twice in a row, restarts both on the same grid, with the input of the new time
 //!   if it came before the output.
 //!
-//! Memory is bounded by a thousand intervals, whatever the stamps.
+//! Memory is bounded by a thousand intervals for any stamps.
 
 use std::collections::VecDeque;
 

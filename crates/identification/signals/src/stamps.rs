@@ -183,15 +183,15 @@ pub(crate) fn lag(latencies: &[(String, f64)], clock: Clock) -> Option<String> {
     let (difference, meaning) = match clock {
         Clock::Header => (
             spread,
-            "apart; with the stamps of the headers this is not a delay of the system",
+            "apart; with the header stamps, this difference does not count as a delay of the system",
         ),
         Clock::Log if is_other => (
             spread,
-            "apart, which count as delay of the system with the stamps of the recorder",
+            "apart; with the recorder's stamps, this difference counts as a delay of the system",
         ),
         Clock::Log => (
             most,
-            "count as delay of the system by the stamps of the recorder",
+            "of this count as a delay of the system, because the recorder's stamps are used",
         ),
     };
     if difference <= LAG {
@@ -205,8 +205,7 @@ pub(crate) fn lag(latencies: &[(String, f64)], clock: Clock) -> Option<String> {
             Clock::Log => String::new(),
         };
         return Some(format!(
-            "received after their own stamps (median): {each}: the clocks differ, so this shows \
-             no delay{remedy}"
+            "messages were received after their own stamps (median): {each}: the clocks differ, so these times show no delay{remedy}"
         ));
     }
     let ahead = match least < -LAG {
@@ -216,7 +215,7 @@ pub(crate) fn lag(latencies: &[(String, f64)], clock: Clock) -> Option<String> {
         false => String::new(),
     };
     Some(format!(
-        "received after their own stamps (median): {each}; {:.1} ms {meaning}{ahead}",
+        "messages were received after their own stamps (median): {each}; {:.1} ms {meaning}{ahead}",
         difference * 1e3
     ))
 }

@@ -87,7 +87,7 @@ impl Condition {
         };
         percent(self.short_volume, "volume short");
         percent(self.lost_supply, "supply pressure low");
-        percent(self.air, "oil softened with air");
+        percent(self.air, "oil softened by air");
         if self.leakage_scale > worn.leakage_scale {
             let grown = self.leakage_scale / worn.leakage_scale;
             faults.push(format!("leakage grown {grown:.1} times"));
@@ -219,7 +219,7 @@ mod tests {
             [
                 "volume short by 10.0 %",
                 "supply pressure low by 25.0 %",
-                "oil softened with air by 50.0 %",
+                "oil softened by air by 50.0 %",
                 "leakage grown 2.0 times",
                 "one latch slow by 4.0 ms",
                 "direction valve stuck",

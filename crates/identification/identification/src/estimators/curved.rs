@@ -1,7 +1,7 @@
 //! Static curves before or after linear dynamics.
 //!
-//! In front (Hammerstein): for each curve the output-error dynamics are computed again, so that only the curve's few parameters are
-//! searched (variable projection; Golub and Pereyra, *SIAM J. Numer. Anal.* 10, 1973). Behind (Wiener): all parameters at once,
+//! Curve before the dynamics (Hammerstein): for each curve the output-error dynamics are computed again, so that only the curve's few parameters are
+//! searched (variable projection; Golub and Pereyra, *SIAM J. Numer. Anal.* 10, 1973). Curve after the dynamics (Wiener): all parameters at once,
 //! `dyhat/dtheta = f'(x) dx/dtheta`.
 
 use std::cell::RefCell;
