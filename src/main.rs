@@ -191,7 +191,7 @@ enum Command {
         after_help = "Examples:\n  planesman export --fmi auv -o auv.fmu\n  planesman export --fmi lauv --set propulsion=thrust --set speed=1 -o lauv.fmu\n  planesman export --fmi model.yaml -o model.fmu"
     )]
     Export(export_command::ExportArgs),
-    /// Recompute the numbers of the two historical reports and of Hopsan's validations, and print which ones agree
+    /// Recompute the numbers of the two historical reports and of Hopsan's validations, and print which numbers agree
     #[command(after_help = "Example:\n  planesman reproduce --html book.html")]
     Reproduce(PassedOn),
     /// Check whether nodes find each other on this machine: domain, middleware, multicast, messages, other loops

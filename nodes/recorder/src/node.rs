@@ -72,7 +72,7 @@ enum Event {
     Parameters,
 }
 
-/// Runs the node with its command-line arguments until it is asked to stop.
+/// Runs the node with its command-line arguments until it is requested to stop.
 #[must_use]
 pub fn main(args: Vec<OsString>) -> ExitCode {
     planesman_node::exit_code("recorder", || run(args))

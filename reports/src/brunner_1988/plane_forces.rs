@@ -16,7 +16,7 @@
 pub const DENSITY: f64 = 1.94;
 /// Moment arms of the forward and the aft planes \[ft\].
 pub const ARMS: [f64; 2] = [0.63, 1.36];
-/// Jet speed `Vp` behind the propellers at 1 ft/s \[ft/s\].
+/// Jet speed `Vp` after the propellers at 1 ft/s \[ft/s\].
 pub const JET_SPEED: f64 = 3.23;
 /// Cross-section of the deflected jet \[in^2\]: half of two one-inch discs.
 pub const TURNED_AREA: f64 = std::f64::consts::FRAC_PI_4;
@@ -25,7 +25,7 @@ pub const REQUIRED_MOMENT: f64 = 0.07;
 
 const SQUARE_INCHES: f64 = 144.0;
 
-/// Effective angle \[rad\] by which a plane at `angle` \[rad\] deflects the jet: that of the vector sum of jet and free stream, both in ft/s.
+/// Effective angle \[rad\] by which a plane at `angle` \[rad\] deflects the jet: the angle of the vector sum of jet and free stream, both in ft/s.
 #[must_use]
 pub fn effective_angle(angle: f64, jet: f64, stream: f64) -> f64 {
     libm::atan2(jet * libm::sin(angle), stream + jet * libm::cos(angle))

@@ -128,7 +128,7 @@ pub struct Parameter {
     /// A known value; it is not estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fixed: Option<f64>,
-    /// Its unit, for people.
+    /// Unit of the entry, for display only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     /// The standard deviation of `start`, in a file written after a fit.

@@ -45,7 +45,7 @@ pub struct FitResult {
 pub struct FitData {
     /// The record, and how it was prepared.
     pub prepared: PreparedRecord,
-    /// The validation record, if given.
+    /// The validation record, if one was given.
     pub validation: Option<PreparedRecord>,
 }
 

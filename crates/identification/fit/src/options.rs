@@ -70,7 +70,7 @@ options! {
         reference: Option<String> = None, value: "SIGNAL", short: Some('r'), of_one: true;
         /// The grid.
         grid: GridOptions;
-        /// How the record is prepared.
+        /// Preparation of the record.
         preparation: PreparationOptions;
     }
 }
@@ -377,7 +377,7 @@ impl VehicleOptions {
 }
 
 options! {
-    /// How the recursive methods learn.
+    /// Settings of the recursive methods.
     #[derive(Clone, Copy, Debug)]
     pub struct RecursionOptions in "Recursive methods" {
         /// For recursive methods: forgetting factor per sample (1: no forgetting; 0.98: a memory of about 50 samples) [default: 1]

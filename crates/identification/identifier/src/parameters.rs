@@ -339,7 +339,7 @@ impl Config {
         })
     }
 
-    /// Whether messages on `topic` contain one of the signals.
+    /// Whether messages on `topic` contain a signal of the pair.
     #[must_use]
     pub fn is_on(&self, topic: &str) -> bool {
         self.input.is_on(topic) || self.output.is_on(topic)

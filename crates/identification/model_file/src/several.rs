@@ -86,7 +86,7 @@ pub struct OutputModel {
     /// The judgement on the model.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub judgement: Option<Judgement>,
-    /// The same for people: findings and verdict.
+    /// Findings and verdict as text, for display.
     pub verdict: Vec<String>,
 }
 
@@ -118,7 +118,7 @@ pub struct SeveralModelFile {
     pub outputs: Vec<OutputModel>,
     /// All outputs as one system.
     pub state_space: StateSpace,
-    /// How the data was prepared, a sentence for each step.
+    /// Sentences about each step of the data's preparation.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub preparation: Vec<String>,
 }

@@ -50,7 +50,7 @@ pub struct TableTime {
     pub sample_time: Option<f64>,
 }
 
-/// Where a row's time comes from.
+/// Source of a row's time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Time {
     /// From a column that was given or has a usual name.

@@ -20,7 +20,7 @@ pub struct Data {
     pub paths: Vec<PathBuf>,
     /// The clock of a bag's stamps; `None` for the messages' own if all have one.
     pub stamp: Option<Clock>,
-    /// How the time of a table is read.
+    /// Time of the rows of a table.
     pub time: TableTime,
     /// The maximum number of bytes to which the chunks of each file of a bag may unpack; `None` without a limit.
     pub most_unpacked: Option<u64>,

@@ -152,5 +152,5 @@ pub(crate) fn places<T: PartialEq>(
     Ok(found)
 }
 
-/// Receives samples: the signal's number, its stamp in ns, its value if it has one. Returns whether more are wanted.
+/// Receives samples: the signal's number, its stamp in ns, its value if it has one. Returns whether more samples are needed.
 pub type Take<'a> = dyn FnMut(usize, i64, Option<f64>) -> bool + 'a;

@@ -15,7 +15,7 @@ use crate::request::{Reading, Request, Take};
 pub struct SourceTopic {
     /// The topic's name; for a table the file.
     pub name: String,
-    /// The type of its messages; empty for a table.
+    /// The type of the source's messages; empty for a table.
     pub type_name: &'static str,
     /// One request for each field, in the order of the message.
     pub requests: Vec<Request>,

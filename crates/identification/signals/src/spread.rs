@@ -166,7 +166,7 @@ impl Bursts {
         })
     }
 
-    /// The change that a record makes to them.
+    /// The change that a record makes to the samples.
     pub(crate) fn change(&self) -> Change {
         let samples = self.period / self.interval;
         match samples > 1.0 {

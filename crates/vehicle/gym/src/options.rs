@@ -21,9 +21,9 @@ pub struct Options {
     pub actions: Option<Vec<(String, [f64; 2])>>,
     /// Constant inputs or axes; these override the vehicle's.
     pub held: Vec<(String, f64)>,
-    /// Initial speed through the water \[m/s\]; `None` for that of the vehicle.
+    /// Initial speed through the water \[m/s\]; `None` for the vehicle's default.
     pub speed: Option<f64>,
-    /// Least and largest speed of the current \[m/s\]; `None` for that of the task.
+    /// Smallest and largest speed of the current \[m/s\]; `None` for the task's default.
     pub current: Option<[f64; 2]>,
     /// Names as in [`Vehicle::scaled`], each with its least and largest factor.
     pub randomise: Vec<(String, [f64; 2])>,
@@ -31,7 +31,7 @@ pub struct Options {
     pub step: f64,
     /// Runge-Kutta steps between two actions.
     pub substeps: u32,
-    /// Duration of an episode \[s\]; `None` for that of the task.
+    /// Duration of an episode \[s\]; `None` for the task's default.
     pub duration: Option<f64>,
 }
 

@@ -138,7 +138,7 @@ impl<'a> Inputs<'a> {
         }
     }
 
-    /// Positions at shares of a step from `start` \[s\] with length `h` \[s\], as in [`PlanePath::over`].
+    /// Positions at fractions of a step from `start` \[s\] with length `h` \[s\], in the form of [`PlanePath::over`].
     pub(crate) fn over<const N: usize>(
         &self,
         start: f64,

@@ -129,7 +129,7 @@ pub fn pitch_rate(vehicle: &Vehicle, speed: f64) -> Result<StateSpace, Error> {
 /// True model from plane angle to pitch rate, the reference for identification.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrueModel {
-    /// `q / delta` sampled every `dt` behind a zero-order hold \[1/s\]: the numerator `[0, b1, b2, b3]` over `[1, a1, a2, a3]`.
+    /// `q / delta` sampled every `dt` with a zero-order hold \[1/s\]: the numerator `[0, b1, b2, b3]` over `[1, a1, a2, a3]`.
     pub transfer_function: TransferFunction,
     /// Poles in the `z` plane, slowest first.
     pub poles: Vec<Complex<f64>>,

@@ -27,7 +27,7 @@ pub struct LevelFlight {
 /// Largest number of Newton steps; the REMUS at its working speed needs five.
 const STEPS: usize = 50;
 
-/// Steps below this size \[rad\] are ignored: rounding moves the pitch by less.
+/// Steps below this size \[rad\] are ignored: rounding moves the pitch by an even smaller angle.
 const CLOSE: f64 = 1e-13;
 
 /// Largest pitch of the search \[rad\]; hulls stall at much smaller angles.

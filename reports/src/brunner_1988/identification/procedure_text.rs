@@ -72,7 +72,7 @@ impl Relation {
         }
     }
 
-    /// Predictions of Table 8 at a speed \[ft/s\], volts over volts with the polarity of the records, by name; none for depth over planes.
+    /// Predictions of Table 8 at a speed \[ft/s\], volts over volts with the polarity of the records, by name; empty for depth over planes.
     ///
     /// # Errors
     /// None for a finite speed.

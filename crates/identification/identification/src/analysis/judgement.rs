@@ -554,7 +554,7 @@ pub(crate) fn undetermined_gain(reading: &Reading<'_>, sample_time: f64) -> Opti
     (is_wide && interval > SMALL * largest_response(reading, sample_time)).then_some(gain)
 }
 
-/// Whether the 95 % interval of the response is small beside the largest response at every frequency.
+/// Whether the 95 % interval of the response is small at every frequency, compared with the largest response.
 pub(crate) fn response_is_determined(reading: &Reading<'_>, sample_time: f64) -> bool {
     let largest = largest_response(reading, sample_time);
     frequencies(sample_time).all(|omega| {
@@ -604,7 +604,7 @@ fn seen(of: &Correlation) -> bool {
     !of.passes() && of.largest() > MATTERS
 }
 
-/// Three decades up to half the sampling rate, rad/s, the highest first.
+/// Frequencies over three decades up to half the sampling rate, rad/s, highest first.
 fn frequencies(sample_time: f64) -> impl Iterator<Item = f64> {
     let nyquist = PI / sample_time;
     (0..=FREQUENCIES)

@@ -116,7 +116,7 @@ pub struct Analysis {
     pub is_step_test: bool,
     /// Share (0 to 1) of the output's variation in the longest run that a straight line explains, beyond the response to the input.
     pub drift: f64,
-    /// Whether the longest run's input follows its output.
+    /// Whether the input of the longest run follows its output.
     pub following: Following,
     /// Interval of the delay from the longest run, for an output-error model.
     pub lag: Option<Lag>,

@@ -45,7 +45,7 @@ pub enum Verdict {
     Undetermined,
     /// Inputs move together.
     Inseparable,
-    /// There is nothing to judge it on.
+    /// No data is available to validate the model.
     NotValidated,
     /// The model has few samples for its number of parameters.
     FewSamples,
@@ -61,7 +61,7 @@ pub enum Verdict {
     },
     /// The system is nonlinear or changes with time.
     NotLinear {
-        /// Whether it simulates well enough to be used with care.
+        /// Whether the model simulates well enough to be used with care.
         usable: bool,
     },
     /// Something that is not recorded moves the output.

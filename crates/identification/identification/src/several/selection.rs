@@ -123,7 +123,7 @@ impl Candidate {
         100.0 * (1.0 - libm::exp(mean_logarithm(&self.errors) / 2.0))
     }
 
-    /// The ratio of the errors with half the record left out to those with a fifth.
+    /// The ratio of the errors with half the record left out to the errors with a fifth left out.
     #[must_use]
     pub fn half_data_error_ratio(&self) -> f64 {
         let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;

@@ -30,7 +30,7 @@ impl Analysis {
         self.reasons = self.findings(doubts);
     }
 
-    /// The reasons, then the verdict.
+    /// The reasons, followed by the verdict.
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
         let reasons = self.reasons.iter().map(Finding::to_string);

@@ -19,7 +19,7 @@ pub(crate) const NONE: Adc = Adc {
 };
 
 impl Adc {
-    /// Voltage of one code step \[V\].
+    /// Voltage step of one code \[V\].
     #[must_use]
     pub(crate) fn resolution(&self) -> f64 {
         if self.bits == 0 {

@@ -31,7 +31,7 @@ pub struct PressureCell {
     pub zero: f64,
     /// Sensitivity \[V/Pa\].
     pub slope: f64,
-    /// Largest output \[V\]; infinite: no limit, and none at 0 either.
+    /// Largest output \[V\]; if it is infinite, there is no limit, and no lower limit of 0 either.
     pub saturation: f64,
     /// Zero error in addition to the calibration \[V\].
     pub bias: f64,
@@ -137,7 +137,7 @@ pub fn depth_of(port: &Port, depth: f64, pitch: f64) -> f64 {
     depth - port.forward * libm::sin(pitch) + port.below * libm::cos(pitch)
 }
 
-/// Pressure \[Pa\] of the water column along dry lines between the nose port and one `spacing` \[m\] aft of it, at a pitch \[rad\] in water
+/// Pressure \[Pa\] of the water column along dry lines between the nose port and a port `spacing` \[m\] aft of the nose, at a pitch \[rad\] in water
 /// of a specific weight \[N/m^3\]; with the bow down, the nose is deeper.
 #[must_use]
 pub fn dry_line_pressure(spacing: f64, pitch: f64, specific_weight: f64) -> f64 {

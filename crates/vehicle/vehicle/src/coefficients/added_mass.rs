@@ -30,7 +30,7 @@ pub fn block_factor(ratio: f64) -> Option<f64> {
     })
 }
 
-/// Added mass \[kg\] of one block of side `a` and thickness `b` \[m\] in water of density `rho`; `None` if its ratio is outside the table.
+/// Added mass \[kg\] of one block of side `a` and thickness `b` \[m\] in water of density `rho`; `None` if `b/a` is outside the table.
 #[must_use]
 pub fn block(rho: f64, a: f64, b: f64) -> Option<f64> {
     Some(block_factor(b / a)? * rho * a * a * b)

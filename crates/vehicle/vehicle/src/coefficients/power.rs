@@ -26,8 +26,8 @@ pub fn swept_area(count: u32, diameter: f64) -> f64 {
     f64::from(count) * PI * diameter * diameter / 4.0
 }
 
-/// Speed \[m/s\] of the jet behind screws of `area` \[m^2\] that overcome `drag` \[N\] at `speed` \[m/s\]: `V_p^2 = V^2 + 2 D / (rho A)`,
-/// from `D = rho Q (V_p - V)` with `Q = A (V + V_p) / 2`.
+/// Speed \[m/s\] of the jet after screws of `area` \[m^2\] that overcome `drag` \[N\] at `speed` \[m/s\]: `V_p^2 = V^2 + 2 D / (rho A)`, from `D =
+/// rho Q (V_p - V)` with `Q = A (V + V_p) / 2`.
 #[must_use]
 pub fn jet_speed(rho: f64, speed: f64, drag: f64, area: f64) -> f64 {
     (speed * speed + 2.0 * drag / (rho * area)).sqrt()

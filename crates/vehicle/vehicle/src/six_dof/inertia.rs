@@ -23,7 +23,7 @@ pub struct RigidBody {
     pub mass: f64,
     /// Centre of gravity from the origin \[m\].
     pub centre_of_gravity: Three<f64>,
-    /// Inertia about the origin \[kg m^2\]; the products off its diagonal are negative: `[Ix -Ixy -Ixz; ...]`.
+    /// Inertia about the origin \[kg m^2\]; the off-diagonal products are negative: `[Ix -Ixy -Ixz; ...]`.
     pub inertia: [Three<f64>; 3],
 }
 

@@ -61,7 +61,7 @@ pub struct Propeller {
     pub deduction: f64,
     /// 1 for a right-handed propeller, whose torque rolls the hull to port in forward thrust; -1 for a left-handed one.
     pub hand: f64,
-    /// Rotation at full thrust \[rad/s\]; `None` if the source gives none.
+    /// Rotation at full thrust \[rad/s\]; `None` if the source does not state it.
     pub full_rotation: Option<f64>,
 }
 
@@ -241,7 +241,7 @@ impl Allocation {
             .ok_or(Underactuated { rank, wanted })
     }
 
-    /// Thrusts \[N\] for a wanted force and moment.
+    /// Thrusts \[N\] for a requested force and moment.
     #[must_use]
     pub fn thrusts(&self, wanted: &Six<f64>) -> Vec<f64> {
         let wanted = DMatrix::from_fn(self.rows.len(), 1, |i, _| wanted[self.rows[i]]);

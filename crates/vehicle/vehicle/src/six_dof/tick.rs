@@ -361,7 +361,7 @@ impl Tick {
     }
 }
 
-/// First contact within a step of `h` \[s\], from the distances before and after it by linear interpolation.
+/// First contact within a step of `h` \[s\], by linear interpolation between the distances before and after the step.
 fn first_contact(
     before: [Option<f64>; 2],
     after: [Option<f64>; 2],

@@ -193,7 +193,7 @@ fn slug(name: &str) -> String {
     words.join("-")
 }
 
-/// A number with six significant digits; empty for none.
+/// A number with six significant digits; empty if there is no number.
 fn written(value: Option<f64>) -> String {
     value.map_or_else(String::new, number)
 }
