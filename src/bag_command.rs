@@ -234,7 +234,7 @@ mod tests {
         holed.insert("/c".to_owned(), count(Some(10), 8));
         assert_eq!(
             lack(&holed, &["sysid"]),
-            "the bag lacks 2 of 13 published messages: /c 2 of 10\nno exit report of sysid"
+            "the bag lacks 2 of 13 published messages: /c 2 of 10\nno exit report from sysid"
         );
         assert!(lack(&BTreeMap::new(), &NODES).contains("unknown"));
     }

@@ -116,7 +116,7 @@ def test_what_is_refused_is_refused_in_one_sentence(bag: Path) -> None:
     data = arrays(samples=200)
     for call, sentence in [
         (lambda: planesman.fit(bag, "plane_motion:dive_planes", "state:pitch_rat"), "pitch_rat"),
-        (lambda: planesman.fit(bag, "state:pitch", "state:pitch"), "input and the output"),
+        (lambda: planesman.fit(bag, "state:pitch", "state:pitch"), "both as input and as output"),
         (lambda: planesman.fit(data, "u", "y"), "sample_time"),
         (lambda: planesman.fit(data, "u", "z", sample_time=0.05), "no column 'z'; there are u, y"),
         (lambda: planesman.fit({**data, "u": data["u"][1:]}, "u", "y", sample_time=0.05), "all columns must have the same length"),

@@ -239,7 +239,7 @@ fn where_headers_tell_no_common_time_the_recorders_is_taken_and_that_is_said() {
         // Never filled, filled once and for all, in whole seconds.
         (
             [&|_| 0, &own] as [&dyn Fn(i64) -> i64; 2],
-            "the headers of /cmd are not filled",
+            "the headers of /cmd contain no stamp",
         ),
         ([&own, &|_| EPOCH], "the stamps of /imu do not advance"),
         (
@@ -561,7 +561,7 @@ fn a_survey_says_of_each_topic_what_is_amiss_below_its_name_and_what_may_be_iden
     assert!(
         below("/imu")
             .1
-            .contains("the headers of /imu are not filled")
+            .contains("the headers of /imu contain no stamp")
     );
     assert!(
         below("/parameter_events")
@@ -615,11 +615,11 @@ fn a_file_that_was_renamed_beside_its_metadata_is_found() {
     for (files, said) in [
         (
             "run_0.db3",
-            "its metadata.yaml lists run_0.db3, which does not exist; reading log.db3 instead",
+            "the bag's metadata.yaml lists run_0.db3, which does not exist; reading log.db3 instead",
         ),
         (
             "log.db3, log_1.db3",
-            "its metadata.yaml lists log_1.db3, which does not exist",
+            "the bag's metadata.yaml lists log_1.db3, which does not exist",
         ),
     ] {
         std::fs::write(

@@ -104,7 +104,7 @@ fn steps_that_may_be_milliseconds_are_questioned() {
     let whole = |k: usize| format!("{}", 50 * k);
     let answer = with_times("time", whole, &[]);
     answer
-        .says("milliseconds have such steps")
+        .says("milliseconds can have such steps")
         .says("the times are in doubt");
     with_times("time", whole, &["--time-unit", "ms"]).is_the_plant(SAMPLES as u64);
     with_times("time [ms]", whole, &[]).is_the_plant(SAMPLES as u64);

@@ -89,7 +89,7 @@ fn words_are_refused_at_their_place_and_a_column_of_that_name_comes_first() {
         "character 5",
         "'12V from 0.1s'",
     ]);
-    of("5 from 4s, 0 from 1s").refused(&["a later time", "character 19"]);
+    of("5 from 4s, 0 from 1s").refused(&["a time later than the previous one", "character 19"]);
     of("volts from 1").refused(&["no column 'volts from 1'"]);
     let text = fs::read_to_string(&log).unwrap();
     let rows = text.lines().enumerate().map(|(k, row)| match k {

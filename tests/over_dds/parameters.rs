@@ -270,7 +270,7 @@ fn a_fault_in_mid_dive_acts_from_the_next_tick_on_is_reported_and_can_be_mended(
     // What cannot be is refused as a whole.
     for (bad, reason) in [
         (text("fault.encoder", "blind"), "fault.encoder"),
-        (text("fault.group", "rudder"), "has no actuator"),
+        (text("fault.group", "rudder"), "no actuator belongs to"),
     ] {
         let set = [double("fault.air", 0.5), bad];
         let answer = dive.set_of::<SetUnchecked>(node, &set);

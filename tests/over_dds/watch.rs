@@ -294,7 +294,7 @@ fn a_page_shows_a_vehicle_sets_a_gain_flies_a_manoeuvre_and_tells_of_a_node_that
          input.value = '-3';
          input.form.requestSubmit()",
     );
-    let refusal = "depth setpoint -3.0 refused: it must lie in [0, 10000] m, positive down";
+    let refusal = "depth setpoint -3.0 refused: the value must lie in [0, 10000] m, positive down";
     browser.until_text("#diagnostics", refusal);
     browser.until_text("#log", refusal);
 

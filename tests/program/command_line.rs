@@ -95,13 +95,13 @@ fn a_column_is_named_without_its_unit_and_a_signal_must_say_which_number_it_is()
             "flight.csv",
             "pitch",
             "pitch [rad]",
-            "is the input and the output",
+            "is named both as input and as output",
         ),
         (
             "flight.mcap",
             "state:pitch",
             "/auv/state:pitch",
-            "is the input and the output",
+            "is named both as input and as output",
         ),
         (
             "flight.mcap",
@@ -356,7 +356,7 @@ fn results_are_replaced_when_asked_and_nothing_else_is() {
     // Nor does one of a flight with a file of somebody else in it.
     std::fs::write(stage.path("mine/scenario.yaml"), "").unwrap();
     std::fs::write(stage.path("mine/thesis.txt"), "mine").unwrap();
-    refused(&stage, 1, &dive, &["it contains 'thesis.txt'"]);
+    refused(&stage, 1, &dive, &["the folder contains 'thesis.txt'"]);
     assert!(std::fs::exists(stage.path("mine/thesis.txt")).unwrap());
     let here = ["dive", &file, "--out", ".", "--overwrite"];
     std::fs::write(stage.path("scenario.yaml"), "").unwrap();
@@ -467,7 +467,7 @@ fn a_slip_of_the_hand_is_answered_with_what_was_meant_and_what_is_taken() {
         (
             1,
             set("depth_controller.depth_setpoint=-3"),
-            "-3.0 refused: it must lie in [0, 10000] m, positive down",
+            "-3.0 refused: the value must lie in [0, 10000] m, positive down",
         ),
         (
             1,

@@ -282,7 +282,7 @@ fn of_sensors() -> Vec<(&'static str, Vec<Vec<f64>>, Outcome)> {
                     0.05,
                 ),
             ),
-            Says("no model of what the input does"),
+            Says("no model: the input has no effect on the output"),
         ),
         (
             "a second input, not recorded",

@@ -246,7 +246,7 @@ fn tables_say_everything_within_eighty_columns_and_in_every_format() {
     );
     for phrase in [
         "10 ahead",
-        "free of earlier inputs",
+        "uncorrelated with earlier inputs",
         "99 % bound",
         "steady-state gain",
         "phase, deg",

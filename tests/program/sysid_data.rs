@@ -400,7 +400,7 @@ fn a_px4_log_is_read_by_its_topics_and_fields() {
         ),
         (
             "-i rates:body.y -o rates:body.y",
-            "is the input and the output",
+            "is named both as input and as output",
         ),
         (
             "-i command:control[1] -o rates:body.y --stamp log",
@@ -534,7 +534,7 @@ fn what_is_not_there_is_refused_with_what_is() {
         (
             &path,
             "-i cmd:data -o imu:angular_velocity.y --window 100..",
-            "at no time",
+            "there is no time",
         ),
         (
             &path,

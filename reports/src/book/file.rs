@@ -208,7 +208,8 @@ mod tests {
         );
         assert!(refusal(&format!(r#"[{head}, "printed": 1.0}}]"#)).contains("printed and slack"));
         assert!(
-            refusal(&format!(r#"[{head}, "printed": 1, "slack": -1}}]"#)).contains("below zero")
+            refusal(&format!(r#"[{head}, "printed": 1, "slack": -1}}]"#))
+                .contains("must not be negative")
         );
         assert!(refusal(&format!(r#"[{head}, "erratum": "E9"}}]"#)).contains("'E9'"));
         assert!(refusal(&format!(r#"[{head}, "counted_with": "a"}}]"#)).contains("'a'"));

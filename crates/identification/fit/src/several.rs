@@ -500,7 +500,7 @@ mod tests {
         assert_eq!(found.outputs.len(), 2);
         assert_eq!(found.outputs[0].inputs.len(), 1);
         let said = found.outputs[0].sentences().concat();
-        assert!(said.contains("judged on the validation data"), "{said}");
+        assert!(said.contains("evaluated on the validation data"), "{said}");
     }
 
     #[test]

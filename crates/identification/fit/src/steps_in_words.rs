@@ -297,7 +297,11 @@ mod tests {
             ("12V form 0.1s", 5, "'from' or 'at'"),
             ("12V from x", 10, "a time"),
             ("12V from 0.1 parsec", 13, "a unit of time"),
-            ("5 from 4s, 0 from 1s", 19, "a later time"),
+            (
+                "5 from 4s, 0 from 1s",
+                19,
+                "a time later than the previous one",
+            ),
             ("5V from 1s, 0A from 4s", 14, "the unit V"),
             ("5 from 1s, 4 to 0 at 4s", 12, "5, the value of the input"),
             ("5 from 1s; 0 from 4s", 9, "a unit of time"),

@@ -233,7 +233,7 @@ mod tests {
             continuous(&smoother)
                 .unwrap_err()
                 .to_string()
-                .contains("does not belong to a continuous system")
+                .contains("no continuous-time system has a sampled pole")
         );
     }
 

@@ -459,7 +459,11 @@ mod tests {
     fn signals_that_are_none_or_the_same_are_refused_by_name() {
         for (name, value, reason) in [
             ("input", Value::from("dive_planes"), "TOPIC:FIELD"),
-            ("output", "plane_motion:dive_planes".into(), "input as well"),
+            (
+                "output",
+                "plane_motion:dive_planes".into(),
+                "also the input",
+            ),
             ("zeros_at_one", 3.into(), "must stay free"),
         ] {
             let parameters = IdentifierParameters::default()

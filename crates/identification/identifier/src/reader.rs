@@ -261,7 +261,9 @@ mod tests {
             };
             check(first, NameKind::Named).unwrap();
             let refusal = check(other, NameKind::Named).unwrap_err().to_string();
-            assert!(refusal.contains(&format!("describes '{other}', those before '{first}'")));
+            assert!(refusal.contains(&format!(
+                "describes '{other}', but earlier messages describe '{first}'"
+            )));
         }
         let mut owner = Owner::default();
         for text in ["2 numbers", "3 numbers"] {

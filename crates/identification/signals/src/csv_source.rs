@@ -887,7 +887,7 @@ mod tests {
             .unwrap_err()
             .to_string();
         assert!(
-            refusal.contains("'pitch' is the input and the output"),
+            refusal.contains("'pitch' is named both as input and as output"),
             "{refusal}"
         );
     }

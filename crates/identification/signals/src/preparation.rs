@@ -221,7 +221,7 @@ pub fn without_dynamics(record: &Record, at_rest: bool, is_static: bool) -> Opti
     is_proportional.then(|| {
         let feedback = match may_be_feedback {
             true => format!(
-                " if {input} does not follow {output}; if {input} is only feedback of the output, with a gain of {:.6}, the record does not show the plant",
+                " if {input} does not follow {output}; if {input} is feedback of the output alone, with a gain of {:.6}, the record does not show the plant",
                 Short(1.0 / gain)
             ),
             false => String::new(),

@@ -327,7 +327,7 @@ mod tests {
                 0.0,
                 50.0,
                 TimeUnit::S,
-                Known::Likely("though milliseconds have such steps"),
+                Known::Likely("although milliseconds can have such steps"),
             ),
         ] {
             let judged = judged(&times(first, step));

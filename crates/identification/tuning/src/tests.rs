@@ -224,7 +224,7 @@ fn what_cannot_be_tuned_is_refused_with_what_to_do() {
     judged.verdict = vec!["verdict: good. Next: fly".to_owned()];
     for (standing, code, said) in [
         ("not_usable", "closed_loop", "the data seems closed-loop"),
-        ("not_usable", "of_tomorrow", "is not known"),
+        ("not_usable", "of_tomorrow", "does not know"),
     ] {
         judged.judgement = Some(Judgement {
             standing: standing.to_owned(),

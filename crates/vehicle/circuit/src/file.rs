@@ -592,12 +592,12 @@ mod tests {
             (
                 "supply:",
                 "lines: {P: {length: 5 mm, diameter: 12 mm}}\nsupply:",
-                "lines.P.length: 5 mm refused: a wave would take 3.94e-6 s from end to end",
+                "lines.P.length: 5 mm refused: a pressure wave would take 3.94e-6 s from end to end",
             ),
             (
                 "supply:",
                 "lines: {T: {length: 9000 m, diameter: 12 mm}}\nsupply:",
-                "lines.T.length: 9000 m refused: a wave would take 7.09e0 s",
+                "lines.T.length: 9000 m refused: a pressure wave would take 7.09e0 s",
             ),
             (
                 "supply:",

@@ -20,8 +20,8 @@ impl Fault {
     #[must_use]
     pub fn text(self) -> &'static str {
         match self {
-            Self::Floor => "vehicle deeper than safety.floor",
-            Self::Ceiling => "vehicle shallower than safety.ceiling",
+            Self::Floor => "deeper than safety.floor",
+            Self::Ceiling => "shallower than safety.ceiling",
             Self::BowDown => "bow further down than safety.pitch allows",
             Self::BowUp => "bow further up than safety.pitch allows",
             Self::Silence => "no vehicle state within state_timeout",

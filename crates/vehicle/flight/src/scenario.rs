@@ -721,7 +721,7 @@ mod tests {
             ),
             (
                 "{description: d, duration: 1, parameters: {plant_sim: {seed: 2}}}",
-                "the scenario's own 'seed'",
+                "the scenario's own entry 'seed'",
             ),
         ] {
             let error = in_one_line(&Scenario::parse(text).expect_err(text));
@@ -749,7 +749,10 @@ mod tests {
             ("depth_controller.depth.p", "NODE.PARAMETER=VALUE"),
             ("depth_control.depth.p=1", "did you mean 'depth_controller'"),
             ("depth_controller.depht.p=1", "did you mean 'depth.p'"),
-            ("depth_controller.course.p=1", "its name is 'heading.p' now"),
+            (
+                "depth_controller.course.p=1",
+                "the parameter is now called 'heading.p'",
+            ),
             ("depth_controller.depth.p=-1", "[0, 1000]"),
         ] {
             let refusal = in_one_line(&set(change).expect_err(change));

@@ -501,7 +501,7 @@ mod tests {
                 "  mass: 2 stone",
                 "one of the units kg, slug, lb s^2/in",
             ),
-            ("coulomb:", "  coulomb: 10 lb", "overcome load.coulomb"),
+            ("coulomb:", "  coulomb: 10 lb", "must exceed load.coulomb"),
             ("frequency:", "  frequency: 0.01 Hz", "from 0.1 to 10000 Hz"),
             ("frequency:", "  frequency: 80.0001 Hz", "millihertz"),
             ("flow_time:", "  flow_time: 1 s", "within 8 cycles"),

@@ -221,7 +221,7 @@ mod tests {
                 "supply pressure low by 25.0 %",
                 "oil softened by air by 50.0 %",
                 "leakage grown 2.0 times",
-                "one latch slow by 4.0 ms",
+                "one latch is slow by 4.0 ms",
                 "direction valve stuck",
                 "encoder lost",
             ]

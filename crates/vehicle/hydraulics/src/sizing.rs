@@ -291,7 +291,7 @@ mod tests {
             ("quantum of oil V_c", 0.152, 0.152),
             ("quantum at the ram V_c/A_L", 0.152_917_5, 0.152),
             ("quantum at the planes", 1.078_341_9, 1.088_63),
-            ("booked for it delta_b", 1.09, 1.09),
+            ("plane angle counted for it delta_b", 1.09, 1.09),
             (
                 "stiction band +-Delta F/(A_L^2 beta/V)",
                 0.014_458_7,
@@ -381,7 +381,7 @@ mod tests {
             ..dive_planes()
         };
         let refusal = for_load(&fine).unwrap_err().to_string();
-        assert!(refusal.contains("400.000 volumes a second"), "{refusal}");
+        assert!(refusal.contains("400.000 volumes per second"), "{refusal}");
         let still = Load {
             slew: 0.0,
             ..dive_planes()

@@ -1465,7 +1465,7 @@ mod tests {
         };
         for (bad, reason) in [
             (command(&["bow"], vec![0.1]), "unknown thruster 'bow'"),
-            (command(&all, vec![0.1]), "4 names and 1 commands"),
+            (command(&all, vec![0.1]), "4 names but 1 commands"),
             (command(&all[..1], vec![1.5]), "as a share of full command"),
             (
                 command(&all[..1], vec![f64::NAN]),

@@ -124,7 +124,7 @@ fn inputs_that_move_together_are_never_called_good() {
         );
         let said = found.sentences().concat();
         assert!(
-            said.contains("moves with") && said.contains("told apart"),
+            said.contains("the rest follows") && said.contains("told apart"),
             "{said}"
         );
     }

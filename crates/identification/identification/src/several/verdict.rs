@@ -201,7 +201,7 @@ impl Analysis {
     fn fits(&self) -> Vec<Reason> {
         let fit = match (self.held_out.reason(self.fit), self.validated) {
             (_, Some(samples)) => Reason::Data(format!(
-                "judged on the validation data, {samples} samples that were not fitted: simulated fit {}",
+                "evaluated on the validation data, {samples} samples that were not fitted: simulated fit {}",
                 (self.held_out.fit).map_or("none".to_owned(), |fit| format!("{fit:.1} %"))
             )),
             (Some(held), _) => held,

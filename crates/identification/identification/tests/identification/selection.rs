@@ -258,7 +258,7 @@ fn free_motion_is_not_credited_to_the_input() {
             analysis.text()
         );
         assert!(
-            verdict(&analysis).contains("no model of what the input does"),
+            verdict(&analysis).contains("the input has no effect on the output"),
             "{name}: {}",
             analysis.text()
         );

@@ -723,7 +723,7 @@ fn pairs_that_are_none_are_refused_with_the_form() {
             "belongs to the node",
         ),
         ("heave: dive_planes -> state:heave", "TOPIC:FIELD"),
-        ("heave: state:heave -> state:heave", "input as well"),
+        ("heave: state:heave -> state:heave", "also the input"),
     ] {
         let pairs: &[&str] = &[text];
         let parameters = IdentifierParameters::default()

@@ -29,7 +29,7 @@ fn a_killed_recorder_leaves_what_it_flushed() {
     let Completeness::Truncated { reason, .. } = bag.completeness() else {
         panic!("a killed bag is not whole");
     };
-    assert_eq!(reason, "it was not closed");
+    assert_eq!(reason, "the file was not closed");
     let messages = all(&bag).expect("whole chunks");
     assert_eq!(messages.len(), 20, "two chunks of ten were flushed");
     assert!(is_prefix(&messages));
@@ -552,7 +552,10 @@ fn topics_beyond_all_measure_are_passed_over_and_reported() {
     assert_eq!(all(&bag).expect("a whole file").len() as u64, kept);
     assert!(bag.completeness().is_whole());
     let info = BagInfo::of(&bag).to_string();
-    let line = format!("and {} more topics (memory limit)", 99 - kept);
+    let line = format!(
+        "and {} more topics (not counted, because of the memory limit)",
+        99 - kept
+    );
     assert!(info.contains(&line), "{info}");
 
     // The measure is the whole bag's, in however many files; a topic that is in several is held once.

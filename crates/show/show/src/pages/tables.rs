@@ -113,7 +113,7 @@ pub fn of_several(found: &SeveralComparison) -> Table {
         "output",
         "inputs",
         "simulated, %",
-        "free of earlier inputs",
+        "uncorrelated with earlier inputs",
         "free of later inputs",
     ]);
     for it in &found.models {

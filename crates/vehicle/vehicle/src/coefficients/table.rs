@@ -465,7 +465,7 @@ mod tests {
             ("Z'w", "Jones' hull on L, and fins", 0.003),
             ("Z'delta", "fins", 0.04),
             ("M'delta", "fins", 0.005),
-            ("M'w", "Munk less the lift aft, and fins", 0.02),
+            ("M'w", "Munk moment minus the lift aft, and fins", 0.02),
             ("M'q", "hull lift at C_p / 2, and fins", 0.005),
             ("Z'wdot", "square blocks", 0.02),
         ] {
