@@ -87,7 +87,7 @@ impl Machine {
                 lost.get("/auv/state").copied().unwrap_or(0)
             }
         };
-        let told = "flies in namespace /auv too";
+        let told = "also flies in namespace /auv";
         assert!(outcome.stdout.contains(told), "{outcome:#?}");
         let log = fs::read_to_string(self.out.join("log/plant_sim.log")).unwrap();
         assert!(log.contains("another node publishes here too"), "{log}");

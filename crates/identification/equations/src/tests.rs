@@ -196,7 +196,7 @@ fn what_is_no_model_is_refused_with_entry_and_remedy() {
         (
             "{start: 1}",
             "{min: 1}",
-            "parameters: b: give a start (start: VALUE, or min and max)",
+            "parameters: b: give a start value (start: VALUE, or min and max)",
         ),
         (
             "{start: 1}",
