@@ -60,8 +60,8 @@ pub enum Error {
     #[error(
         "actuator '{actuator}' of the {group}, in the tick that begins at {time} s: {}",
         match .unsolved {
-            Some(field) => format!("the search for the events of its motion does not end; the cause is {field}"),
-            None => "its motion is not finite".to_owned(),
+            Some(field) => format!("the search for the events of the motion does not end; the cause is {field}"),
+            None => "the motion is not finite".to_owned(),
         }
     )]
     Motion {

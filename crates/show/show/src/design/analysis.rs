@@ -132,7 +132,7 @@ impl Analysis {
         "A circle marks a phase margin: the distance from -180 degrees where the magnitude is 0 dB.",
     );
         let mut nyquist = Plot::new("Nyquist plot", ["real part", "imaginary part"])
-        .note("The open loop and the point -1. The smallest distance between them is the inverse of the sensitivity peak.")
+        .note("The open loop and the point -1. The smallest distance between the curve and this point is the inverse of the sensitivity peak.")
         .one_scale();
         let mut poles = Plot::new("Poles", ["real part [1/s]", "imaginary part [rad/s]"])
         .note("Poles of the closed loop; for the sampled loop ln(z)/T. Poles far to the left are not shown.")

@@ -149,7 +149,7 @@ fn plots<'a>(
         correlations(
             models,
             "Cross-correlation of residual and input",
-            "Same bound. Outside it at positive lags: missing dynamics; at negative lags: feedback.",
+            "Same bound. Outside the bound at positive lags: missing dynamics; at negative lags: feedback.",
             |tests| &tests.input,
         ),
     ]

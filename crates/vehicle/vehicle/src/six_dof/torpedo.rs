@@ -109,8 +109,8 @@ impl Torpedo {
         // Writing to a String does not fail.
         let _ = write!(
             text,
-            "added_mass: [{}, {}, {}, {}, {}, {}]  # Lamb, art. 114; a body of revolution has none in roll\n\
-             linear_damping: [0, 0, 0, {roll}, 0, 0]   # roll: of a time constant of 1 s, assumed\n\
+            "added_mass: [{}, {}, {}, {}, {}, {}]  # Lamb, art. 114; a body of revolution has no added mass in roll\n\
+             linear_damping: [0, 0, 0, {roll}, 0, 0]   # roll: for an assumed time constant of 1 s\n\
              quadratic_damping: [{drag}, 0, 0, 0, 0, 0]\n\
              cross_flow: {{ density: {rho} kg/m^3, drag: {CROSS_FLOW}, width: {d} m, ends: [{aft} m, {fore} m] }}\n\
              coefficients:\n  includes_added_mass: false\n  values:                       # the hull's lift\n    Y_uv: {y}\n    Z_uw: {y}\n    M_uw: {m}\n    N_uv: {n}\n\n\
