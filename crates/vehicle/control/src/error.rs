@@ -96,7 +96,7 @@ pub enum ParameterError {
         max: f64,
     },
     /// An envelope narrower than the range allowed for the loops.
-    #[error("parameter '{name}': {value} refused: at most {other}, {bound}")]
+    #[error("parameter '{name}': {value} refused: it must be at most {other}, which is {bound}")]
     Envelope {
         /// The parameter.
         name: &'static str,
