@@ -9,124 +9,49 @@ use super::super::inertia::{self, Matrix6, RigidBody};
 use super::super::lanes::Three;
 use super::{Entry, Format, ModelNumbers, Place, is_zero};
 
-/// Sign that a number of a file must have.
+/// Group of numbers that a finding is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sign {
-    /// Not negative.
-    Positive,
-    /// Not positive.
-    Negative,
-}
-
-/// Order of a damping force in the velocity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Order {
-    /// Proportional to the velocity.
+pub enum Group {
+    /// `M_A`.
+    AddedMass,
+    /// Damping proportional to the velocity.
     Linear,
-    /// Proportional to its square.
+    /// Damping proportional to its square.
     Quadratic,
 }
 
-/// Something in the numbers that is not physical. Entries have their names and values from the file.
+/// An entry with its name and value from the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Named(pub String, pub f64);
+
+/// Something in the numbers that is not physical. Values are those of the file unless stated otherwise.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Finding {
     /// The mass is not above 0.
-    Mass {
-        /// Its entry.
-        entry: String,
-        /// \[kg\]
-        value: f64,
-    },
-    /// A principal moment is not above 0, or exceeds the sum of the other two.
-    Inertia {
-        /// Principal moments about the centre of gravity, in ascending order \[kg m^2\].
-        moments: Three<f64>,
-    },
-    /// The inertia of body and water together is not positive definite.
-    MassMatrix {
-        /// Its smallest eigenvalue.
-        smallest: f64,
-    },
-    /// A diagonal entry of the added mass has the wrong sign for its format.
-    AddedMassSign {
-        /// The entry.
-        entry: String,
-        /// Its value in the file.
-        value: f64,
-        /// Sign of this entry in a physical file.
-        expected: Sign,
-    },
-    /// The added mass is not symmetric.
-    AddedMassAsymmetric {
-        /// Two mirrored entries.
-        entries: [String; 2],
-        /// Their values in the file.
-        values: [f64; 2],
-    },
-    /// A diagonal entry of the damping accelerates the vehicle.
-    DampingSign {
-        /// Order of the force.
-        order: Order,
-        /// The entry.
-        entry: String,
-        /// Its value in the file.
-        value: f64,
-        /// Sign of this entry in a physical file.
-        expected: Sign,
-    },
-    /// Two mirrored entries of the damping feed energy in some combination of their velocities.
-    DampingCoupling {
-        /// Order of the force.
-        order: Order,
-        /// The entries.
-        entries: [String; 2],
-        /// Their values in the file.
-        values: [f64; 2],
-        /// The two diagonal entries, in this crate's sign.
-        diagonal: [f64; 2],
-    },
-    /// A force per square of a velocity without absolute value is larger than the drag: it accelerates one direction of motion.
-    SquareWithoutSign {
-        /// The entry.
-        entry: String,
-        /// Its value in the file.
-        value: f64,
-        /// Largest magnitude: the quadratic damping of the same degree.
-        limit: f64,
-    },
+    Mass(Named),
+    /// A principal moment is not above 0, or exceeds the sum of the other two; in ascending order \[kg m^2\].
+    Inertia(Three<f64>),
+    /// The inertia of body and water together is not positive definite: its smallest eigenvalue.
+    MassMatrix(f64),
+    /// A diagonal entry has the wrong sign for its format; the number is the sign that it must have, or 0.
+    Sign(Group, Named, f64),
+    /// The added mass is not symmetric: two mirrored entries.
+    Asymmetric([Named; 2]),
+    /// Two mirrored entries of the damping feed energy for some velocities, with the two diagonal entries in this crate's sign.
+    Coupling(Group, [Named; 2], [f64; 2]),
+    /// A force per square of a velocity, without absolute value, is larger than the drag: it accelerates one direction of motion. With the
+    /// largest magnitude allowed.
+    Square(Named, f64),
     /// Two entries contain the added mass, and the simulator uses both.
-    AddedMassTwice {
-        /// The entries.
-        entries: [&'static str; 2],
-    },
-    /// The mass is so much above the displaced mass that it probably contains the added mass, which the file also gives.
-    MassWithAddedMass {
-        /// Entry of the mass.
-        entry: String,
-        /// \[kg\]
-        mass: f64,
-        /// Volume times density \[kg\].
-        displaced: f64,
-    },
-    /// Mass and displaced mass differ by more than a tenth.
-    Buoyancy {
-        /// Entry of the mass.
-        entry: String,
-        /// \[kg\]
-        mass: f64,
-        /// Volume times density \[kg\].
-        displaced: f64,
-    },
-    /// The centre of gravity is above the centre of buoyancy.
-    MetacentricHeight {
-        /// Height of the centre of buoyancy above the centre of gravity \[m\], negative here.
-        height: f64,
-    },
-    /// A degree of freedom without damping of its own.
-    NoDamping {
-        /// Index of the degree, from 0 for surge.
-        degree: usize,
-    },
+    AddedMassTwice([&'static str; 2]),
+    /// The mass is so much above the displaced mass \[kg\] that it probably contains the added mass, which the file also gives.
+    MassWithAddedMass(Named, f64),
+    /// Mass and displaced mass \[kg\] differ by more than a tenth.
+    Buoyancy(Named, f64),
+    /// Height of the centre of buoyancy above the centre of gravity \[m\]; it is negative.
+    MetacentricHeight(f64),
+    /// Index of a degree of freedom without damping of its own.
+    NoDamping(usize),
 }
 
 /// Names of the degrees of freedom.
@@ -146,8 +71,8 @@ const ROUNDING: f64 = 1e-9;
 pub fn findings(numbers: &ModelNumbers) -> Vec<Finding> {
     let mut all = Vec::new();
     check_mass(numbers, &mut all);
-    for order in [Order::Linear, Order::Quadratic] {
-        check_damping(numbers, order, &mut all);
+    for group in [Group::Linear, Group::Quadratic] {
+        check_damping(numbers, group, &mut all);
     }
     check_squares(numbers, &mut all);
     check_buoyancy(numbers, &mut all);
@@ -155,11 +80,7 @@ pub fn findings(numbers: &ModelNumbers) -> Vec<Finding> {
         let of = |place| numbers.value(place) == 0.0;
         of(Place::Linear(*i, *i)) && of(Place::Quadratic(*i, *i)) && !numbers.damped_by_shape[*i]
     };
-    all.extend(
-        (0..6)
-            .filter(bare)
-            .map(|degree| Finding::NoDamping { degree }),
-    );
+    all.extend((0..6).filter(bare).map(Finding::NoDamping));
     all
 }
 
@@ -200,12 +121,16 @@ impl ModelNumbers {
     }
 }
 
-/// The sign that makes the number positive in this crate.
-fn expected(entry: &Entry) -> Sign {
-    match entry.factor < 0.0 {
-        true => Sign::Negative,
-        false => Sign::Positive,
+impl From<Entry> for Named {
+    fn from(entry: Entry) -> Self {
+        Self(entry.name, entry.value)
     }
+}
+
+/// The finding that this diagonal entry has the wrong sign.
+fn wrong_sign(group: Group, entry: Entry) -> Finding {
+    let expected = entry.factor.signum();
+    Finding::Sign(group, entry.into(), expected)
 }
 
 fn least_eigenvalue(a: &Matrix6) -> f64 {
@@ -225,18 +150,17 @@ fn pairs() -> impl Iterator<Item = (usize, usize)> {
 }
 
 fn check_mass(numbers: &ModelNumbers, all: &mut Vec<Finding>) {
-    if let Some(value) = numbers.mass.filter(|mass| *mass <= 0.0) {
-        let entry = numbers.entry(Place::Mass).name;
-        all.push(Finding::Mass { entry, value });
+    if numbers.mass.is_some_and(|mass| mass <= 0.0) {
+        all.push(Finding::Mass(numbers.entry(Place::Mass).into()));
     }
-    let is_possible = numbers.inertia.is_none_or(|inertia| {
+    let inertia = numbers.inertia.filter(|inertia| {
         let matrix = nalgebra::Matrix3::from_fn(|i, j| inertia[i][j]);
         let mut moments: Three<f64> = matrix.symmetric_eigenvalues().into();
         moments.sort_by(f64::total_cmp);
         let [a, b, c] = moments;
         let is_possible = a > 0.0 && c <= (a + b) * (1.0 + 1e-6);
         if !is_possible {
-            all.push(Finding::Inertia { moments });
+            all.push(Finding::Inertia(moments));
         }
         is_possible
     });
@@ -244,29 +168,21 @@ fn check_mass(numbers: &ModelNumbers, all: &mut Vec<Finding>) {
         return;
     };
     let negative: Vec<usize> = (0..6).filter(|i| added[*i][*i] < 0.0).collect();
-    for i in &negative {
+    all.extend(negative.iter().map(|i| {
         let entry = numbers.entry(Place::AddedMass(*i, *i));
-        all.push(Finding::AddedMassSign {
-            expected: expected(&entry),
-            entry: entry.name,
-            value: entry.value,
-        });
-    }
+        wrong_sign(Group::AddedMass, entry)
+    }));
     for (i, j) in pairs() {
         if (added[i][j] - added[j][i]).abs() > ROUNDING * norm(&added) {
-            let both = [Place::AddedMass(i, j), Place::AddedMass(j, i)].map(|it| numbers.entry(it));
-            all.push(Finding::AddedMassAsymmetric {
-                values: [both[0].value, both[1].value],
-                entries: both.map(|it| it.name),
-            });
+            let both = [Place::AddedMass(i, j), Place::AddedMass(j, i)];
+            all.push(Finding::Asymmetric(both.map(|it| numbers.entry(it).into())));
         }
     }
-    // Of the body alone, if the water's part has a wrong sign: that is said already.
-    if let (Some(mass), Some(inertia), true) = (
-        numbers.mass.filter(|mass| *mass > 0.0),
-        numbers.inertia.filter(|_| is_possible),
-        negative.is_empty(),
-    ) {
+    // A wrong sign, mass or inertia explains a matrix that is not definite.
+    let mass = numbers
+        .mass
+        .filter(|mass| *mass > 0.0 && negative.is_empty());
+    if let Some((mass, inertia)) = mass.zip(inertia) {
         let at = numbers.centre_of_gravity;
         let body = RigidBody {
             mass,
@@ -275,18 +191,16 @@ fn check_mass(numbers: &ModelNumbers, all: &mut Vec<Finding>) {
         };
         let smallest = least_eigenvalue(&inertia::added(&body.matrix(), &added));
         if smallest <= 0.0 {
-            all.push(Finding::MassMatrix { smallest });
+            all.push(Finding::MassMatrix(smallest));
         }
     }
-    if let Some(entries) = numbers.added_mass_twice {
-        all.push(Finding::AddedMassTwice { entries });
-    }
+    all.extend(numbers.added_mass_twice.map(Finding::AddedMassTwice));
 }
 
-fn check_damping(numbers: &ModelNumbers, order: Order, all: &mut Vec<Finding>) {
-    let (matrix, place): (_, fn(usize, usize) -> Place) = match order {
-        Order::Linear => (&numbers.damping.linear, Place::Linear),
-        Order::Quadratic => (&numbers.damping.quadratic, Place::Quadratic),
+fn check_damping(numbers: &ModelNumbers, group: Group, all: &mut Vec<Finding>) {
+    let (matrix, place): (_, fn(usize, usize) -> Place) = match group {
+        Group::Quadratic => (&numbers.damping.quadratic, Place::Quadratic),
+        _ => (&numbers.damping.linear, Place::Linear),
     };
     let before = all.len();
     for i in 0..6 {
@@ -294,49 +208,33 @@ fn check_damping(numbers: &ModelNumbers, order: Order, all: &mut Vec<Finding>) {
         // Stonefish's coefficients of a mesh have no area here, but a sign.
         let is_ignored = numbers.format == Format::Stonefish && entry.value < 0.0;
         if matrix[i][i] < 0.0 || is_ignored {
-            all.push(Finding::DampingSign {
-                order,
-                expected: expected(&entry),
-                entry: entry.name,
-                value: entry.value,
-            });
+            all.push(wrong_sign(group, entry));
         }
     }
-    let feeds = |(i, j): &(usize, usize)| match order {
-        Order::Linear => {
-            let mean = 0.5 * (matrix[*i][*j] + matrix[*j][*i]);
-            mean * mean > matrix[*i][*i] * matrix[*j][*j] + ROUNDING * norm(matrix) * norm(matrix)
-        }
-        Order::Quadratic => feeds_energy(matrix, *i, *j),
+    // A wrong sign explains the couplings.
+    if all.len() > before {
+        return;
+    }
+    let mean = |i: usize, j: usize| 0.5 * (matrix[i][j] + matrix[j][i]);
+    let excess = |(i, j): (usize, usize)| {
+        let product = matrix[i][i] * matrix[j][j];
+        mean(i, j) * mean(i, j) - product - ROUNDING * norm(matrix) * norm(matrix)
     };
-    let mut coupling = |(i, j): (usize, usize)| {
-        let both = [place(i, j), place(j, i)].map(|it| numbers.entry(it));
-        all.push(Finding::DampingCoupling {
-            order,
-            values: [both[0].value, both[1].value],
-            entries: both.map(|it| it.name),
-            diagonal: [matrix[i][i], matrix[j][j]],
-        });
+    let mut feeding: Vec<_> = match group {
+        Group::Quadratic => pairs()
+            .filter(|(i, j)| feeds_energy(matrix, *i, *j))
+            .collect(),
+        _ => pairs().filter(|pair| excess(*pair) > 0.0).collect(),
     };
-    let of_pairs: Vec<_> = pairs().filter(feeds).collect();
-    let is_definite =
-        order == Order::Quadratic || least_eigenvalue(matrix) >= -ROUNDING * norm(matrix);
-    match of_pairs.is_empty() && !is_definite {
+    let is_linear = group == Group::Linear;
+    if is_linear && feeding.is_empty() && least_eigenvalue(matrix) < -ROUNDING * norm(matrix) {
         // Three or more velocities together: the strongest pair is named.
-        true => {
-            let strength = |(i, j): &(usize, usize)| {
-                let mean = 0.5 * (matrix[*i][*j] + matrix[*j][*i]);
-                mean * mean / (matrix[*i][*i] * matrix[*j][*j]).max(f64::MIN_POSITIVE)
-            };
-            let strongest = pairs().max_by(|a, b| strength(a).total_cmp(&strength(b)));
-            strongest.into_iter().for_each(&mut coupling);
-        }
-        false => of_pairs.into_iter().for_each(&mut coupling),
+        feeding.extend(pairs().max_by(|a, b| excess(*a).total_cmp(&excess(*b))));
     }
-    // A negative diagonal entry explains its couplings.
-    if matches!(all.get(before), Some(Finding::DampingSign { .. })) {
-        all.retain(|it| !matches!(it, Finding::DampingCoupling { order: of, .. } if *of == order));
-    }
+    all.extend(feeding.into_iter().map(|(i, j)| {
+        let both = [place(i, j), place(j, i)].map(|it| numbers.entry(it).into());
+        Finding::Coupling(group, both, [matrix[i][i], matrix[j][j]])
+    }));
 }
 
 /// Whether `nu_i Q_ij |nu_j| nu_j`, summed over two velocities, is negative for some of them: with their ratio `t > 0` and their relative
@@ -369,48 +267,36 @@ fn check_squares(numbers: &ModelNumbers, all: &mut Vec<Finding>) {
         let i = term.row;
         let limit = numbers.damping.quadratic[i][i];
         if term.of == Factor::Velocities(i, i) && term.value.abs() > limit {
-            let entry = numbers.entry(Place::Square(i));
-            let is_of_file = numbers.entries.iter().any(|it| it.place == entry.place);
-            let (name, value) = match is_of_file {
-                true => (entry.name, entry.value),
-                false => (super::name(term, &[]), term.value),
-            };
-            all.push(Finding::SquareWithoutSign {
-                entry: name,
-                value,
-                limit,
-            });
+            let of_file = numbers
+                .entries
+                .iter()
+                .find(|it| it.place == Place::Square(i));
+            let own = || Named(super::name(term, &[]), term.value);
+            let named = of_file.cloned().map_or_else(own, Named::from);
+            all.push(Finding::Square(named, limit));
         }
     }
 }
 
 fn check_buoyancy(numbers: &ModelNumbers, all: &mut Vec<Finding>) {
-    if let (Some(mass), Some(displaced)) = (numbers.mass, numbers.displaced) {
-        let entry = numbers.entry(Place::Mass).name;
+    let Some(mass) = numbers.mass else {
+        return;
+    };
+    if let Some(displaced) = numbers.displaced {
+        let named = Named::from(numbers.entry(Place::Mass));
         let has_added = numbers.added_mass.is_some_and(|added| !is_zero(&added));
         if has_added && mass > WITH_ADDED_MASS * displaced {
-            all.push(Finding::MassWithAddedMass {
-                entry,
-                mass,
-                displaced,
-            });
+            all.push(Finding::MassWithAddedMass(named, displaced));
         } else if (mass - displaced).abs() > BUOYANCY * displaced {
-            all.push(Finding::Buoyancy {
-                entry,
-                mass,
-                displaced,
-            });
+            all.push(Finding::Buoyancy(named, displaced));
         }
     }
-    if let Some(buoyancy) = numbers
-        .centre_of_buoyancy
-        .filter(|_| numbers.mass.is_some())
-    {
-        let height = numbers.centre_of_gravity[2] - buoyancy[2];
-        if height < -ROUNDING {
-            all.push(Finding::MetacentricHeight { height });
-        }
-    }
+    let height = (numbers.centre_of_buoyancy).map(|at| numbers.centre_of_gravity[2] - at[2]);
+    all.extend(
+        height
+            .filter(|it| *it < -ROUNDING)
+            .map(Finding::MetacentricHeight),
+    );
 }
 
 impl Finding {
@@ -418,37 +304,45 @@ impl Finding {
     #[must_use]
     pub fn code(&self) -> &'static str {
         match self {
-            Self::Mass { .. } => "mass",
-            Self::Inertia { .. } => "inertia",
-            Self::MassMatrix { .. } => "mass_matrix",
-            Self::AddedMassSign { .. } => "added_mass_sign",
-            Self::AddedMassAsymmetric { .. } => "added_mass_asymmetric",
-            Self::DampingSign { .. } => "damping_sign",
-            Self::DampingCoupling { .. } => "damping_coupling",
-            Self::SquareWithoutSign { .. } => "square_without_sign",
-            Self::AddedMassTwice { .. } => "added_mass_twice",
-            Self::MassWithAddedMass { .. } => "mass_with_added_mass",
-            Self::Buoyancy { .. } => "buoyancy",
-            Self::MetacentricHeight { .. } => "metacentric_height",
-            Self::NoDamping { .. } => "no_damping",
+            Self::Mass(_) => "mass",
+            Self::Inertia(_) => "inertia",
+            Self::MassMatrix(_) => "mass_matrix",
+            Self::Sign(Group::AddedMass, ..) => "added_mass_sign",
+            Self::Sign(..) => "damping_sign",
+            Self::Asymmetric(_) => "added_mass_asymmetric",
+            Self::Coupling(..) => "damping_coupling",
+            Self::Square(..) => "square_without_sign",
+            Self::AddedMassTwice(_) => "added_mass_twice",
+            Self::MassWithAddedMass(..) => "mass_with_added_mass",
+            Self::Buoyancy(..) => "buoyancy",
+            Self::MetacentricHeight(_) => "metacentric_height",
+            Self::NoDamping(_) => "no_damping",
         }
     }
 }
 
-impl fmt::Display for Sign {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Positive => "0 or positive",
-            Self::Negative => "0 or negative",
-        })
+impl Finding {
+    /// Entries of the file that the finding names.
+    #[must_use]
+    pub fn entries(&self) -> &[Named] {
+        match self {
+            Self::Mass(one)
+            | Self::Sign(_, one, _)
+            | Self::Square(one, _)
+            | Self::MassWithAddedMass(one, _)
+            | Self::Buoyancy(one, _) => std::slice::from_ref(one),
+            Self::Asymmetric(both) | Self::Coupling(_, both, _) => both,
+            _ => &[],
+        }
     }
 }
 
-impl fmt::Display for Order {
+impl fmt::Display for Group {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Linear => "linear",
-            Self::Quadratic => "quadratic",
+            Self::AddedMass => "added mass",
+            Self::Linear => "linear damping",
+            Self::Quadratic => "quadratic damping",
         })
     }
 }
@@ -456,87 +350,59 @@ impl fmt::Display for Order {
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Mass { entry, value } => {
-                write!(f, "{entry} is {value} kg: it must be above 0")
-            }
-            Self::Inertia { moments: [a, b, c] } => write!(
+            Self::Mass(Named(name, value)) => write!(f, "{name} is {value} kg: it must be above 0"),
+            Self::Inertia([a, b, c]) => write!(
                 f,
                 "inertia has the principal moments {a:.4}, {b:.4}, {c:.4} kg m^2: each must be above 0 and at most the sum of the others"
             ),
-            Self::MassMatrix { smallest } => write!(
+            Self::MassMatrix(smallest) => write!(
                 f,
                 "mass, inertia and added mass together have the eigenvalue {smallest:.3e}: all must be above 0"
             ),
-            Self::AddedMassSign {
-                entry,
-                value,
-                expected,
-            } => write!(
+            Self::Sign(group, Named(name, value), sign) => {
+                let sign = if *sign < 0.0 { "negative" } else { "positive" };
+                write!(
+                    f,
+                    "{name} is {value}: {group} must be 0 or {sign} in this entry, otherwise it feeds energy"
+                )
+            }
+            Self::Asymmetric([Named(a, x), Named(b, y)]) => {
+                write!(
+                    f,
+                    "{a} is {x}, but {b} is {y}: added mass must be symmetric"
+                )
+            }
+            Self::Coupling(group, [Named(a, x), Named(b, y)], [c, d]) => write!(
                 f,
-                "{entry} is {value}: added mass must be {expected} here, or the water pushes an accelerating vehicle"
+                "{a} {x} and {b} {y} feed energy: {group} couples two velocities more than their own damping, {c} and {d}, allows"
             ),
-            Self::AddedMassAsymmetric {
-                entries: [a, b],
-                values: [x, y],
-            } => write!(
+            Self::Square(Named(name, value), limit) => write!(
                 f,
-                "{a} is {x}, but {b} is {y}: added mass must be symmetric"
+                "{name} is {value}: it feeds energy in one direction of motion; at most the quadratic damping {limit} is allowed, or use the form with an absolute value"
             ),
-            Self::DampingSign {
-                order,
-                entry,
-                value,
-                expected,
-            } => write!(
+            Self::AddedMassTwice([a, b]) => {
+                write!(
+                    f,
+                    "{a} and {b} both contain the added mass, which then acts twice: keep one of them"
+                )
+            }
+            Self::MassWithAddedMass(Named(name, mass), displaced) => write!(
                 f,
-                "{entry} is {value}: {order} damping must be {expected} here, or it feeds energy"
-            ),
-            Self::DampingCoupling {
-                order,
-                entries: [a, b],
-                values: [x, y],
-                diagonal: [d, e],
-            } => write!(
-                f,
-                "{a} {x} and {b} {y} feed energy: {order} coupling is too large for the damping {d} and {e} of its two velocities"
-            ),
-            Self::SquareWithoutSign {
-                entry,
-                value,
-                limit,
-            } => write!(
-                f,
-                "{entry} is {value}, without an absolute value: it feeds energy in one direction of motion; at most {limit} is allowed, the quadratic damping"
-            ),
-            Self::AddedMassTwice { entries: [a, b] } => write!(
-                f,
-                "{a} and {b} both contain the added mass, and it acts twice: keep one of them"
-            ),
-            Self::MassWithAddedMass {
-                entry,
-                mass,
-                displaced,
-            } => write!(
-                f,
-                "{entry} is {mass} kg, {:.2} times the displaced {displaced:.4} kg: it probably contains the added mass, which acts twice; use the mass of the vehicle with its enclosed water",
+                "{name} is {mass} kg, {:.2} times the displaced {displaced:.4} kg: it probably contains the added mass, which then acts twice; use the mass of the vehicle with its enclosed water",
                 mass / displaced
             ),
-            Self::Buoyancy {
-                entry,
-                mass,
-                displaced,
-            } => write!(
+            Self::Buoyancy(Named(name, mass), displaced) => write!(
                 f,
-                "{entry} is {mass} kg, but volume times density {displaced:.4} kg: they should differ by at most 10 %; is the mass dry and the volume with water inside, or the reverse?"
+                "{name} is {mass} kg, but volume times density is {displaced:.4} kg: they should differ by at most 10 %; count the enclosed water in both or in neither"
             ),
-            Self::MetacentricHeight { height } => write!(
+            Self::MetacentricHeight(height) => write!(
                 f,
-                "the centre of gravity is {:.4} m above the centre of buoyancy: the vehicle capsizes",
+                "the centre of gravity is {:.4} m above the centre of buoyancy: it must be below, otherwise the vehicle capsizes",
                 -height
             ),
-            Self::NoDamping { degree } => write!(
+            Self::NoDamping(degree) => write!(
                 f,
-                "{} has neither linear nor quadratic damping of its own: a motion in it does not decay",
+                "{} has no linear and no quadratic damping: give it one of them, otherwise this motion never decays",
                 DEGREES[*degree]
             ),
         }

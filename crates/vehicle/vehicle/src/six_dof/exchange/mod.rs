@@ -12,7 +12,7 @@ mod gazebo;
 mod stonefish;
 mod xml;
 
-pub use check::{Finding, Order, Sign, findings};
+pub use check::{Finding, Group, Named, findings};
 
 use super::coefficients::{Factor, Term};
 use super::damping::Damping;

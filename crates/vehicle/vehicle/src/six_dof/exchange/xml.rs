@@ -149,10 +149,9 @@ pub(super) fn pose(
 
 /// `R I R^T`.
 pub(super) fn rotated(r: &[Three<f64>; 3], inertia: &[Three<f64>; 3]) -> [Three<f64>; 3] {
+    // Rows of the symmetric I become columns of R I.
     let half = inertia.map(|row| product(r, &row));
-    let column = |j: usize| std::array::from_fn(|i| half[i][j]);
-    let columns: [Three<f64>; 3] = std::array::from_fn(|j| product(r, &column(j)));
-    std::array::from_fn(|i| std::array::from_fn(|j| columns[j][i]))
+    std::array::from_fn(|i| product(r, &half.map(|column| column[i])))
 }
 
 /// Volume, projected areas and skin areas of a shape along its axes, as the drag of a convex body needs them.
