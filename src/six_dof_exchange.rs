@@ -13,7 +13,7 @@ use crate::arguments::{output_file, within};
 
 /// Options of `export`.
 #[derive(Clone, Debug, clap::Args)]
-#[group(id = "simulator", required = true, multiple = false, args = ["gz", "stonefish", "dave"])]
+#[command(group = clap::ArgGroup::new("simulator").required(true).args(["gz", "stonefish", "dave"]))]
 pub struct ExportArgs {
     /// A built-in vehicle (bluerov2_heavy, lauv, remus_100_6dof, remus_100_printed) or a vehicle file
     vehicle: String,
@@ -196,7 +196,8 @@ fn table(numbers: &ModelNumbers) -> String {
         ("linear damping", matrix(&numbers.damping.linear)),
         ("quadratic damping", matrix(&numbers.damping.quadratic)),
     ] {
-        let _ = writeln!(text, "  {title:<18}  {value}");
+        let wide = if value.starts_with('\n') { 0 } else { 20 };
+        let _ = writeln!(text, "  {title:<wide$}{value}");
     }
     if !numbers.terms.is_empty() {
         let count = numbers.terms.len();

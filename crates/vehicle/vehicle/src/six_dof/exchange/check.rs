@@ -63,6 +63,9 @@ const BUOYANCY: f64 = 0.1;
 /// Mass over displaced mass from which on the mass probably contains the added mass.
 const WITH_ADDED_MASS: f64 = 1.3;
 
+/// Relative size of rounding errors of printed tables.
+const PRINTING: f64 = 1e-3;
+
 /// Relative size of rounding errors.
 const ROUNDING: f64 = 1e-9;
 
@@ -82,43 +85,6 @@ pub fn findings(numbers: &ModelNumbers) -> Vec<Finding> {
     };
     all.extend((0..6).filter(bare).map(Finding::NoDamping));
     all
-}
-
-impl ModelNumbers {
-    /// Value at a place, in this crate's sign.
-    fn value(&self, place: Place) -> f64 {
-        match place {
-            Place::Mass => self.mass.unwrap_or(0.0),
-            Place::AddedMass(i, j) => self.added_mass.map_or(0.0, |a| a[i][j]),
-            Place::Linear(i, j) => self.damping.linear[i][j],
-            Place::Quadratic(i, j) => self.damping.quadratic[i][j],
-            Place::Square(_) => 0.0,
-        }
-    }
-
-    /// The number with its name in the file; a name like those of vehicle files if the file has none.
-    fn entry(&self, place: Place) -> Entry {
-        let of_file = self.entries.iter().filter(|it| it.place == place);
-        // Of two entries at one place the nonzero one.
-        let chosen = of_file.clone().find(|it| it.value != 0.0);
-        if let Some(entry) = chosen.or(of_file.clone().next()) {
-            return entry.clone();
-        }
-        let indexed = |group, i: usize, j: usize| format!("{group}_{}{}", i + 1, j + 1);
-        let name = match place {
-            Place::Mass => "mass".to_owned(),
-            Place::AddedMass(i, j) => indexed("added_mass", i, j),
-            Place::Linear(i, j) => indexed("linear_damping", i, j),
-            Place::Quadratic(i, j) => indexed("quadratic_damping", i, j),
-            Place::Square(i) => indexed("square", i, i),
-        };
-        Entry {
-            place,
-            name,
-            value: self.value(place),
-            factor: 1.0,
-        }
-    }
 }
 
 impl From<Entry> for Named {
@@ -173,7 +139,9 @@ fn check_mass(numbers: &ModelNumbers, all: &mut Vec<Finding>) {
         wrong_sign(Group::AddedMass, entry)
     }));
     for (i, j) in pairs() {
-        if (added[i][j] - added[j][i]).abs() > ROUNDING * norm(&added) {
+        let (one, other) = (added[i][j], added[j][i]);
+        let size = one.abs().max(other.abs());
+        if (one - other).abs() > PRINTING * size + ROUNDING * norm(&added) {
             let both = [Place::AddedMass(i, j), Place::AddedMass(j, i)];
             all.push(Finding::Asymmetric(both.map(|it| numbers.entry(it).into())));
         }
@@ -203,11 +171,11 @@ fn check_damping(numbers: &ModelNumbers, group: Group, all: &mut Vec<Finding>) {
         _ => (&numbers.damping.linear, Place::Linear),
     };
     let before = all.len();
-    for i in 0..6 {
+    for (i, row) in matrix.iter().enumerate() {
         let entry = numbers.entry(place(i, i));
         // Stonefish's coefficients of a mesh have no area here, but a sign.
         let is_ignored = numbers.format == Format::Stonefish && entry.value < 0.0;
-        if matrix[i][i] < 0.0 || is_ignored {
+        if row[i] < 0.0 || is_ignored {
             all.push(wrong_sign(group, entry));
         }
     }
@@ -319,9 +287,7 @@ impl Finding {
             Self::NoDamping(_) => "no_damping",
         }
     }
-}
 
-impl Finding {
     /// Entries of the file that the finding names.
     #[must_use]
     pub fn entries(&self) -> &[Named] {

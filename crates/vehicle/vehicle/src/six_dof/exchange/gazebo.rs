@@ -244,9 +244,9 @@ fn read_link(
     link: Option<Node<'_, '_>>,
     density: f64,
 ) -> Result<ModelNumbers, ReadError> {
-    let title = link
-        .and_then(|it| it.attribute("name"))
-        .unwrap_or("vehicle");
+    let named = link.and_then(|it| it.attribute("name"));
+    let of_plugin = plugin.and_then(|it| xml::child(it, "link_name")?.text());
+    let title = named.or(of_plugin).unwrap_or("vehicle").trim();
     let mut into = ModelNumbers::empty(Format::Gazebo, title);
     into.added_mass = Some(Matrix6::default());
     let water = xml::first(root, "buoyancy_system").unwrap_or(root);

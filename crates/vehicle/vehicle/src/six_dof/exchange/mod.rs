@@ -14,6 +14,8 @@ mod xml;
 
 pub use check::{Finding, Group, Named, findings};
 
+use std::borrow::Cow;
+
 use super::coefficients::{Factor, Term};
 use super::damping::Damping;
 use super::inertia::{self, Matrix6};
@@ -199,8 +201,9 @@ pub fn export(vehicle: &Vehicle, format: Format, density: f64) -> Option<Export>
 /// # Errors
 /// [`ReadError`].
 pub fn read(text: &str, density: Option<f64>) -> Result<ModelNumbers, ReadError> {
+    let text = declared(text);
     let document =
-        roxmltree::Document::parse(text).map_err(|e| ReadError::Syntax(e.to_string()))?;
+        roxmltree::Document::parse(&text).map_err(|e| ReadError::Syntax(e.to_string()))?;
     let root = document.root();
     let water = |format: Format| density.unwrap_or(format.density());
     if let Some(model) = xml::first(root, "hydrodynamic_model") {
@@ -214,6 +217,43 @@ pub fn read(text: &str, density: Option<f64>) -> Result<ModelNumbers, ReadError>
         stonefish::read(root, body, water(Format::Stonefish))
     })
 }
+
+/// The text with a declaration of each undeclared namespace prefix in its first element: SDF has `gz:` without one.
+fn declared(text: &str) -> Cow<'_, str> {
+    let mut text = Cow::Borrowed(text);
+    for _ in 0..MOST_PREFIXES {
+        let Err(roxmltree::Error::UnknownNamespace(prefix, _)) = roxmltree::Document::parse(&text)
+        else {
+            break;
+        };
+        let root = first_element(&text);
+        let ends = |c: char| c.is_whitespace() || c == '>' || c == '/';
+        let end = text[root..]
+            .find(ends)
+            .map_or(text.len(), |length| root + length);
+        text.to_mut()
+            .insert_str(end, &format!(" xmlns:{prefix}=\"{prefix}\""));
+    }
+    text
+}
+
+/// Position of the name of the first element, after comments and declarations.
+fn first_element(text: &str) -> usize {
+    let mut at = 0;
+    while let Some(open) = text[at..].find('<') {
+        at += open + 1;
+        let end = match &text[at..] {
+            rest if rest.starts_with("!--") => "-->",
+            rest if rest.starts_with(['!', '?']) => ">",
+            _ => return at,
+        };
+        at += text[at..].find(end).unwrap_or(0);
+    }
+    text.len()
+}
+
+/// Largest number of undeclared prefixes in a file.
+const MOST_PREFIXES: usize = 8;
 
 /// Letters of the equations in names of coefficients.
 const ROWS: [char; 6] = ['X', 'Y', 'Z', 'K', 'M', 'N'];
@@ -320,5 +360,40 @@ impl ModelNumbers {
             value,
             factor,
         });
+    }
+
+    /// Value at a place, in this crate's sign.
+    fn value(&self, place: Place) -> f64 {
+        match place {
+            Place::Mass => self.mass.unwrap_or(0.0),
+            Place::AddedMass(i, j) => self.added_mass.map_or(0.0, |a| a[i][j]),
+            Place::Linear(i, j) => self.damping.linear[i][j],
+            Place::Quadratic(i, j) => self.damping.quadratic[i][j],
+            Place::Square(_) => 0.0,
+        }
+    }
+
+    /// The number with its name in the file; a name like those of vehicle files if the file has none.
+    fn entry(&self, place: Place) -> Entry {
+        let of_file = self.entries.iter().filter(|it| it.place == place);
+        // Of two entries at one place the nonzero one.
+        let chosen = of_file.clone().find(|it| it.value != 0.0);
+        if let Some(entry) = chosen.or(of_file.clone().next()) {
+            return entry.clone();
+        }
+        let indexed = |group, i: usize, j: usize| format!("{group}_{}{}", i + 1, j + 1);
+        let name = match place {
+            Place::Mass => "mass".to_owned(),
+            Place::AddedMass(i, j) => indexed("added_mass", i, j),
+            Place::Linear(i, j) => indexed("linear_damping", i, j),
+            Place::Quadratic(i, j) => indexed("quadratic_damping", i, j),
+            Place::Square(i) => indexed("square", i, i),
+        };
+        Entry {
+            place,
+            name,
+            value: self.value(place),
+            factor: 1.0,
+        }
     }
 }

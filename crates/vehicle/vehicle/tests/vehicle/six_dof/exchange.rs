@@ -372,6 +372,26 @@ fn files_that_are_no_vehicle_are_refused_with_their_entry() {
 }
 
 #[test]
+fn an_undeclared_prefix_is_read_as_by_the_simulators() {
+    let text = r#"<?xml version="1.0"?><!-- <a> --><sdf version="1.9"><link name="b"><inertial><mass>1</mass>
+        <fluid_added_mass><xx>1</xx></fluid_added_mass></inertial><axis gz:expressed_in="x"/></link></sdf>"#;
+    assert_eq!(read(text, None).unwrap().mass, Some(1.0));
+}
+
+#[test]
+fn a_rounded_pair_is_symmetric() {
+    let pair = |r: &str| {
+        gazebo(
+            1000.0,
+            "",
+            &format!("<xDotR>-10.775</xDotR><nDotU>{r}</nDotU>"),
+        )
+    };
+    assert!(!matches!(pair("-10.774")[..], [Finding::Asymmetric(_), ..]));
+    assert!(matches!(pair("-10.7")[..], [Finding::Asymmetric(_), ..]));
+}
+
+#[test]
 fn names_are_escaped_in_the_block() {
     let vehicle = six_dof::load("lauv").unwrap();
     let mut parts = vehicle.parts().clone();
