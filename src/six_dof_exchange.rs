@@ -103,6 +103,10 @@ pub fn check(args: &CheckArgs) -> Result<()> {
             1 => "Not physical: 1 finding".to_owned(),
             n => format!("Not physical: {n} findings"),
         };
+        let absent = absent(&numbers).join(", ");
+        if !absent.is_empty() {
+            answer += &format!("; not in the file, and not checked: {absent}");
+        }
         found.iter().for_each(|it| answer += &format!("\n- {it}"));
         Outcome::new(answer).numbers(table(&numbers)).print()?;
     }
@@ -133,6 +137,18 @@ fn read(path: &Path, density: Option<f64>) -> Result<Result<ModelNumbers, String
     }
 }
 
+/// What a complete model has and this file does not give.
+fn absent(numbers: &ModelNumbers) -> Vec<&'static str> {
+    let parts = [
+        ("mass", numbers.mass.is_none()),
+        ("inertia", numbers.inertia.is_none()),
+        ("volume", numbers.displaced.is_none()),
+        ("centre of buoyancy", numbers.centre_of_buoyancy.is_none()),
+        ("added mass", numbers.added_mass.is_none()),
+    ];
+    parts.into_iter().filter(|it| it.1).map(|it| it.0).collect()
+}
+
 fn json(numbers: &ModelNumbers, found: &[Finding]) -> serde_json::Value {
     let entry = |Named(name, value): &Named| serde_json::json!({ "name": name, "value": value });
     let findings = found.iter().map(|it| {
@@ -153,6 +169,7 @@ fn json(numbers: &ModelNumbers, found: &[Finding]) -> serde_json::Value {
         "linear_damping": numbers.damping.linear,
         "quadratic_damping": numbers.damping.quadratic,
         "other_coefficients": numbers.terms.len(),
+        "not_checked": absent(numbers),
         "ignored": numbers.ignored,
     })
 }

@@ -249,12 +249,12 @@ fn read_link(
     let title = named.or(of_plugin).unwrap_or("vehicle").trim();
     let mut into = ModelNumbers::empty(Format::Gazebo, title);
     into.added_mass = Some(Matrix6::default());
-    let water = xml::first(root, "buoyancy_system").unwrap_or(root);
-    let stated = water
-        .descendants()
-        .find(|it| it.tag_name().name() == "uniform_fluid_density");
-    let stated =
-        stated.and_then(|it| xml::number(it.parent()?, "uniform_fluid_density").transpose());
+    let stated = ["uniform_fluid_density", "default_density"]
+        .into_iter()
+        .find_map(|tag| {
+            let of = xml::first(root, tag)?.parent()?;
+            xml::number(of, tag).transpose()
+        });
     let density = stated.transpose()?.unwrap_or(density);
     if let Some(link) = link {
         xml::read_inertial(link, &mut into)?;

@@ -379,6 +379,26 @@ fn an_undeclared_prefix_is_read_as_by_the_simulators() {
 }
 
 #[test]
+fn the_density_is_that_of_the_world_or_of_the_option() {
+    let hull = r#"<link name="b"><inertial><mass>1</mass><fluid_added_mass><xx>1</xx></fluid_added_mass></inertial>
+        <collision name="c"><geometry><cylinder><radius>1</radius><length>2</length></cylinder></geometry></collision></link>"#;
+    let displaced = |world: &str, density| {
+        let text = format!("<world>{world}{hull}</world>");
+        read(&text, density).unwrap().displaced.unwrap() / (2.0 * std::f64::consts::PI)
+    };
+    let uniform = "<plugin><uniform_fluid_density>1020</uniform_fluid_density></plugin>";
+    let graded = "<graded_buoyancy><default_density>1010</default_density></graded_buoyancy>";
+    for (world, option, expected) in [
+        (uniform, Some(1030.0), 1020.0),
+        (graded, None, 1010.0),
+        ("", Some(1030.0), 1030.0),
+        ("", None, 1000.0),
+    ] {
+        assert!((displaced(world, option) - expected).abs() < 1e-9);
+    }
+}
+
+#[test]
 fn a_rounded_pair_is_symmetric() {
     let pair = |r: &str| {
         gazebo(
