@@ -131,6 +131,28 @@ pub(super) fn scaled_to(size: Three<f64>, volume: f64) -> Three<f64> {
     size.map(|x| factor * x)
 }
 
+/// Writes the link and the joint that the thruster system needs.
+fn write_joint(link: &str, joint: &str, place: Three<f64>, axis: Three<f64>, xml: &mut Writer) {
+    xml.open("link", &[("name", link)]);
+    xml.leaf("pose", row(flipped(place).into_iter().chain([0.0; 3])));
+    xml.open("inertial", &[]);
+    xml.leaf("mass", PROPELLER_MASS);
+    let small = 1e-2 * PROPELLER_MASS;
+    write_inertia(
+        [[small, 0.0, 0.0], [0.0, small, 0.0], [0.0, 0.0, small]],
+        xml,
+    );
+    xml.close();
+    xml.close();
+    xml.open("joint", &[("name", joint), ("type", "revolute")]);
+    xml.leaf("parent", "base_link");
+    xml.leaf("child", link);
+    xml.open("axis", &[]);
+    xml.leaf("xyz", row(flipped(axis)));
+    xml.close();
+    xml.close();
+}
+
 /// Writes a thruster's link, joint and plugin.
 fn write_thruster(
     parts: &Parts,
@@ -152,24 +174,7 @@ fn write_thruster(
     };
     let input = &parts.inputs[input];
     let (link, joint) = (format!("{input}_propeller"), format!("{input}_joint"));
-    xml.open("link", &[("name", &link)]);
-    xml.leaf("pose", row(flipped(place).into_iter().chain([0.0; 3])));
-    xml.open("inertial", &[]);
-    xml.leaf("mass", PROPELLER_MASS);
-    let small = 1e-2 * PROPELLER_MASS;
-    write_inertia(
-        [[small, 0.0, 0.0], [0.0, small, 0.0], [0.0, 0.0, small]],
-        xml,
-    );
-    xml.close();
-    xml.close();
-    xml.open("joint", &[("name", &joint), ("type", "revolute")]);
-    xml.leaf("parent", "base_link");
-    xml.leaf("child", &link);
-    xml.open("axis", &[]);
-    xml.leaf("xyz", row(flipped(axis)));
-    xml.close();
-    xml.close();
+    write_joint(&link, &joint, place, axis, xml);
     xml.open(
         "plugin",
         &[
