@@ -26,6 +26,7 @@ pub mod reports_program;
 pub mod review;
 pub mod run_folder;
 pub mod six_dof_command;
+pub mod six_dof_exchange;
 pub mod six_dof_fit;
 pub mod sweep;
 pub mod sysid;

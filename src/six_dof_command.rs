@@ -11,6 +11,7 @@ use planesman_vehicle::six_dof::{
 };
 
 use crate::arguments::{length, output_file, quantity, speed, within};
+use crate::six_dof_exchange::{self, CheckArgs, ExportArgs};
 use crate::six_dof_fit::{self, FitArgs};
 
 /// The commands of `planesman six-dof`.
@@ -36,6 +37,14 @@ pub enum SixDofCommand {
         after_help = "Examples:\n  planesman six-dof fit run.csv --like lauv --fixed added_mass --out mine.yaml\n  planesman six-dof fit bag --like my_rov.yaml \\\n      --signal 'front_port=thrusters:data[0]' --out mine.yaml"
     )]
     Fit(Box<FitArgs>),
+    /// Write the vehicle for Gazebo, Stonefish or DAVE; list what their files cannot express
+    #[command(
+        after_help = "Example:\n  planesman six-dof export bluerov2_heavy --gz --out bluerov2.sdf"
+    )]
+    Export(ExportArgs),
+    /// Check a file of Gazebo, Stonefish or DAVE, or a vehicle file: mass matrix, damping, buoyancy, signs; status 1 if not physical
+    #[command(after_help = "Example:\n  planesman six-dof check model.sdf")]
+    Check(CheckArgs),
 }
 
 /// A vehicle and its inputs.
@@ -213,6 +222,8 @@ pub fn run(command: &SixDofCommand) -> Result<()> {
         SixDofCommand::Torpedo(args) => torpedo(args),
         SixDofCommand::Turn(args) => turn(args),
         SixDofCommand::Fit(args) => six_dof_fit::run(args),
+        SixDofCommand::Export(args) => six_dof_exchange::export(args),
+        SixDofCommand::Check(args) => six_dof_exchange::check(args),
     }
 }
 

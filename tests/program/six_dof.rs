@@ -303,3 +303,69 @@ fn a_vehicle_is_found_in_a_recording_with_intervals_that_hold_it_and_its_file_fl
         );
     }
 }
+
+#[test]
+fn an_exported_vehicle_is_checked_and_a_reversed_sign_ends_with_status_1() {
+    let folder = tempfile::tempdir().unwrap();
+    for (flag, file) in [
+        ("--gz", "a.sdf"),
+        ("--stonefish", "a.scn"),
+        ("--dave", "a.urdf"),
+    ] {
+        let path = folder.path().join(file);
+        let path = path.to_str().unwrap();
+        let output = six_dof(&["export", "lauv", flag, "--out", path]);
+        assert!(output.status.success(), "{output:?}");
+        let omitted = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(omitted.contains("Y_uu rudder"), "{omitted}");
+        let checked = printed(&["check", path]);
+        assert!(checked.starts_with("Physical: nothing found"), "{checked}");
+        assert!(
+            checked.contains("mass                18.0000 kg"),
+            "{checked}"
+        );
+    }
+    let sdf = printed(&["export", "lauv", "--gz"]);
+    assert!(
+        sdf.contains("<yy>16</yy>") && sdf.contains("<yV>-23</yV>"),
+        "{sdf}"
+    );
+    let wrong = folder.path().join("wrong.sdf");
+    std::fs::write(&wrong, sdf.replace("<yV>-23</yV>", "<yV>23</yV>")).unwrap();
+    let wrong = wrong.to_str().unwrap();
+    let output = six_dof(&["check", wrong]);
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(
+        said.starts_with(
+            "Not physical: 1 finding\n- yV is 23: linear damping must be 0 or negative"
+        ),
+        "{said}"
+    );
+    let json = six_dof(&["check", wrong, "--json"]);
+    assert_eq!(json.status.code(), Some(1));
+    let json: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!(json["physical"], false);
+    assert_eq!(json["findings"][0]["code"], "damping_sign");
+    assert_eq!(json["findings"][0]["entries"][0]["name"], "yV");
+    for name in ["bluerov2_heavy", "lauv", "remus_100_6dof"] {
+        assert!(printed(&["check", name]).starts_with("Physical: nothing found\n"));
+    }
+    // A vehicle file: its loader refuses more.
+    let text = include_str!("../../crates/vehicle/vehicle/vehicles/six_dof/lauv.yaml");
+    let mine = folder.path().join("mine.yaml");
+    std::fs::write(
+        &mine,
+        text.replace("added_mass: [1, 16", "added_mass: [1, -16"),
+    )
+    .unwrap();
+    let output = six_dof(&["check", mine.to_str().unwrap()]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        said.starts_with("Not physical: 1 finding\n- added_mass: -16"),
+        "{said}"
+    );
+    let output = six_dof(&["export", "lauv"]);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+}

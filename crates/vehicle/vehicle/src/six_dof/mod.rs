@@ -13,6 +13,7 @@ pub mod coefficients;
 mod damping;
 mod editable;
 mod equations;
+pub mod exchange;
 mod file;
 mod fins;
 mod hull;

@@ -1,6 +1,7 @@
 //! Six degrees of freedom against values of an independent integration (DOP853 at 3e-14, in Python), and against what the equations must keep.
 
 mod editable;
+mod exchange;
 mod invariants;
 mod surface;
 mod values;
