@@ -8,7 +8,7 @@ use planesman_flight::flight::Flight;
 use planesman_flight::scenario::Scenario;
 use planesman_flight::summary::Summary;
 use planesman_fuzz::InMemory;
-use planesman_show::pages::flights::{Flown, page};
+use planesman_show::pages::flights::{FlightReport, page};
 
 static SCENARIO: LazyLock<Scenario> = LazyLock::new(|| Scenario::load("dive").expect("built in"));
 
@@ -19,7 +19,7 @@ fuzz_target!(|data: &[u8]| {
     };
     // A bag without a state has nothing to tell; any other has a page.
     if let Ok(summary) = Summary::new(&flight, &SCENARIO) {
-        let flown = Flown {
+        let flown = FlightReport {
             name: "flight".to_owned(),
             flight,
             scenario: SCENARIO.clone(),
