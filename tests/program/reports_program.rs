@@ -1,6 +1,5 @@
 //! Commands that the reports' program has: they become it, where it is beside this program or on `PATH`, and otherwise say how it is built.
 
-use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -11,16 +10,24 @@ const SCRIPT: &str = "#!/bin/sh\necho \"called: $*\"\nexit 7\n";
 fn planesman(folder: &Path, path: &str, arguments: &[&str]) -> Output {
     let program = folder.join("planesman");
     if !program.exists() {
-        std::fs::copy(env!("CARGO_BIN_EXE_planesman"), &program).unwrap();
+        install(Path::new(env!("CARGO_BIN_EXE_planesman")), &program);
     }
     let mut command = Command::new(program);
     command.args(arguments).env("PATH", path).output().unwrap()
 }
 
+/// Copies a program by another process: a file that this process has open for writing is also open in children that other tests fork
+/// meanwhile, and cannot be run until they have closed it ("text file busy").
+fn install(from: &Path, to: &Path) {
+    let mut command = Command::new("install");
+    let status = command.args(["-m", "755"]).args([from, to]).status();
+    assert!(status.unwrap().success());
+}
+
 fn script(folder: &Path) {
-    let file = folder.join("planesman-reports");
-    std::fs::write(&file, SCRIPT).unwrap();
-    std::fs::set_permissions(&file, PermissionsExt::from_mode(0o755)).unwrap();
+    let text = folder.join("script");
+    std::fs::write(&text, SCRIPT).unwrap();
+    install(&text, &folder.join("planesman-reports"));
 }
 
 /// Commands, and what the reports' program gets of each.
