@@ -21,6 +21,10 @@ const DEPTH: usize = 1000;
 /// Time for a message without a stamp to arrive before the next message is sent.
 const PAUSE: Duration = Duration::from_millis(20);
 
+/// Time without an answer after which the inputs of a tick are published again, as the vehicle does in lockstep: the node may have lost its
+/// connection for a moment, as on a busy machine, and so have missed them. The nodes of the suite answer what is repeated with the same bytes.
+const REPEAT_AFTER: Duration = Duration::from_secs(1);
+
 /// A topic to play.
 struct Input {
     name: String,
@@ -33,6 +37,8 @@ struct Output {
     topic: Topic,
     id: Option<TopicId>,
     stamp: Option<StampDecoder>,
+    /// The last message; after inputs were published again, the same one again answers those.
+    last: Vec<u8>,
 }
 
 /// The stamps that the node answers.
@@ -60,6 +66,11 @@ pub(super) struct Player {
     is_answered: bool,
     /// Earliest stamp of an answer to the present tick.
     since: i64,
+    /// The inputs since the last answer: stamps, places and payloads.
+    played: Vec<(i64, usize, Vec<u8>)>,
+    /// Whether the node is one of the suite, and so takes repeated inputs.
+    repeats: bool,
+    has_repeated: bool,
     /// Stamp of the present tick.
     now: i64,
 }
@@ -116,6 +127,7 @@ impl Player {
                 id: Some(writer.add_topic(&topic)?),
                 stamp: stamps_of(bag, &topic),
                 topic,
+                last: Vec::new(),
             });
         }
         let place = |answer: &Topic| outputs.iter().position(|it| it.topic.name == answer.name);
@@ -129,6 +141,7 @@ impl Player {
                         id: None,
                         stamp: stamp_decoder(&known.types),
                         topic: answer.clone(),
+                        last: Vec::new(),
                     });
                     outputs.len() - 1
                 }
@@ -167,6 +180,9 @@ impl Player {
             answered: None,
             is_answered: false,
             since: i64::MIN,
+            played: Vec::new(),
+            repeats: args.through.role().is_some(),
+            has_repeated: false,
             now: 0,
         })
     }
@@ -254,6 +270,9 @@ impl Player {
                 self.is_answered = false;
                 self.since = stamp.unwrap_or(i64::MIN);
             }
+            if let Some(stamp) = stamp.filter(|_| self.repeats) {
+                self.played.push((stamp, place, message.payload.to_vec()));
+            }
             if !self.inputs[place].publisher.publish(&message.payload) {
                 bail!("{}: cannot publish a message", message.topic.name);
             }
@@ -278,9 +297,16 @@ impl Player {
 
     /// Takes the node's messages until it has answered the tick with this stamp.
     fn wait_for(&mut self, tick: i64, child: Option<&mut Started>) -> Result<()> {
-        let deadline = Instant::now() + self.timeout;
+        let begin = Instant::now();
+        let deadline = begin + self.timeout;
+        let mut repeat = begin + REPEAT_AFTER;
         while !self.is_answered {
-            let left = deadline.saturating_duration_since(Instant::now());
+            let now = Instant::now();
+            if now >= repeat {
+                repeat = now + REPEAT_AFTER;
+                self.repeat(tick);
+            }
+            let left = deadline.saturating_duration_since(now);
             if left.is_zero() {
                 if let Some(child) = child {
                     child.check()?;
@@ -293,10 +319,19 @@ impl Player {
                     self.timeout.as_secs_f64()
                 );
             }
-            self.take_for(left, true)?;
+            self.take_for(left.min(repeat - now), true)?;
         }
         self.answered = Some(tick);
+        self.played.clear();
         Ok(())
+    }
+
+    /// Publishes the inputs of a tick again.
+    fn repeat(&mut self, tick: i64) {
+        for (_, place, payload) in self.played.iter().filter(|it| it.0 == tick) {
+            self.inputs[*place].publisher.publish(payload);
+        }
+        self.has_repeated = true;
     }
 
     /// Takes one message within a time, or all messages until that time passes without one.
@@ -315,8 +350,13 @@ impl Player {
     }
 
     fn take(&mut self, number: usize, sample: &RawSample) -> Result<()> {
-        let output = &self.outputs[number];
-        if let Some(id) = output.id {
+        let output = &mut self.outputs[number];
+        let is_repeated = self.has_repeated && output.last == sample.bytes[..];
+        if self.repeats {
+            output.last.clear();
+            output.last.extend_from_slice(&sample.bytes);
+        }
+        if let Some(id) = output.id.filter(|_| !is_repeated) {
             self.writer
                 .write_raw(id, &sample.bytes, self.now, self.now)?;
         }
