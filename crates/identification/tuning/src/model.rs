@@ -224,6 +224,9 @@ impl UncertainModel {
                     Plant::of_z(num, &den, tick, late.round() as usize)
                 } else {
                     let (transfer, delay) = self.continuous(parameters)?;
+                    if transfer.num.len() == transfer.den.len() {
+                        return Err(TuneError::Feedthrough(tick));
+                    }
                     Plant::held(&transfer, delay + computing_delay, tick)?
                 }
             }

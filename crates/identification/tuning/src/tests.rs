@@ -254,6 +254,13 @@ fn what_cannot_be_tuned_is_refused_with_what_to_do() {
     );
     let direct = ModelFile::exact("u", "y", 0.1, vec![0.1, 0.0], vec![1.0, -0.9]);
     assert!(refused(&direct).contains("computing_delay 0.1"));
+    let within = TuneOptions {
+        computing_delay: 0.04,
+        anyway: true,
+        ..TuneOptions::default()
+    };
+    let refusal = tune(&direct, &within).unwrap_err();
+    assert!(matches!(refusal, TuneError::Feedthrough(_)), "{refusal}");
     // 1 / (s - 0.2) behind 2 s: the bound exp(0.2 2.025) = 1.5 is below 1.6, and no PI controller comes near it.
     let pole = libm::exp(0.01_f64);
     let num = [vec![0.0; 40], vec![(pole - 1.0) / 0.2]].concat();
@@ -261,7 +268,8 @@ fn what_cannot_be_tuned_is_refused_with_what_to_do() {
     let late = ModelFile::exact("u", "y", 0.05, num, den);
     let refusal = refused(&late);
     assert!(
-        refusal.contains("95 % of the plants") && refusal.contains("ms 2.0"),
+        refusal.contains("95 % of the plants")
+            && refusal.contains("ms 3.2 phase_margin 23 gain_margin 3.0"),
         "{refusal}"
     );
 }

@@ -66,6 +66,9 @@ impl Tuning {
     }
 }
 
+/// The factors by which limits are loosened to find some that gains keep.
+const LOOSER: [f64; 3] = [1.25, 1.6, 2.0];
+
 /// The inputs of the methods.
 struct Task<'a> {
     options: &'a TuneOptions,
@@ -125,7 +128,7 @@ pub fn tune(file: &ModelFile, options: &TuneOptions) -> Result<Tuning> {
         }
     }
     let plants: Vec<PlantResponse> = plants.into_iter().map(PlantResponse::new).collect();
-    let task = Task {
+    let mut task = Task {
         options,
         dynamics: model.dynamics().map(|it| {
             let sample = sampling.tick.max(model.sample_time);
@@ -145,14 +148,14 @@ pub fn tune(file: &ModelFile, options: &TuneOptions) -> Result<Tuning> {
     task.check_dead_time()?;
     let found = match task.found(method, kind) {
         Err(TuneError::OutOfReach {
-            method,
+            method: name,
             limits,
             best,
             ..
         }) => {
-            let advice = task.advice(&model, kind);
+            let advice = task.advice(&model, method, kind);
             return Err(TuneError::OutOfReach {
-                method,
+                method: name,
                 limits,
                 best,
                 advice,
@@ -561,13 +564,15 @@ impl Task<'_> {
     }
 
     /// The next step if no gains keep the limits: it depends on whether the model or its uncertainty is the cause.
-    fn advice(&self, model: &UncertainModel, kind: Kind) -> String {
-        let limits = self.limits;
-        let looser = setting("ms", format!("{:.1}", 1.25 * limits.sensitivity));
+    fn advice(&mut self, model: &UncertainModel, method: Method, kind: Kind) -> String {
+        let looser = self.looser(method, kind).map_or_else(
+            || "looser limits than half of these".to_owned(),
+            |it| format!("looser limits, for example {it}, with which there are gains"),
+        );
         let alone = best(
             self.seen,
             kind == Kind::Pid,
-            &limits,
+            &self.limits,
             Objective::IntegralGain,
             self.options.bounds(Objective::IntegralGain),
         );
@@ -577,20 +582,46 @@ impl Task<'_> {
                 _ => String::new(),
             };
             return format!(
-                "Even for the model itself, no gains of this kind keep the limits: {derivative}looser limits, for example {looser}"
+                "No gains of this kind keep them even for the model itself: {derivative}{looser}"
             );
         };
         let own = self.seen.margins(&controller);
         let causes = causes(model, &self.sampling, &controller, &own).unwrap_or_default();
         match causes.first() {
             Some(cause) => format!(
-                "The model is too uncertain, mostly in {}: {}. Or use looser limits, for example {looser}",
+                "The model is too uncertain, most in {}: {}. Or use {looser}",
                 cause.name, cause.experiment
             ),
-            None => format!(
-                "Try {}, or looser limits, for example {looser}",
-                setting("method", "optimise")
-            ),
+            None => format!("Try {}, or {looser}", setting("method", "optimise")),
         }
+    }
+
+    /// Options with looser limits that some gains keep, tried with this method.
+    fn looser(&mut self, method: Method, kind: Kind) -> Option<String> {
+        let asked = self.limits;
+        let options = self.options;
+        let found = LOOSER.iter().find_map(|factor| {
+            let sensitivity = (10.0 * factor * asked.sensitivity).round() / 10.0;
+            let phase = (options.phase_margin / factor).round();
+            let gain = (10.0 * options.gain_margin / factor).round() / 10.0;
+            self.limits = Limits {
+                sensitivity,
+                ..asked
+            };
+            let peak = setting("ms", format!("{sensitivity:.1}")).to_string();
+            if self.found(method, kind).is_ok() {
+                return Some(peak);
+            }
+            self.limits = Limits {
+                sensitivity,
+                phase: phase.to_radians(),
+                gain: libm::pow(10_f64, gain / 20.0),
+            };
+            let phase = setting("phase_margin", phase);
+            let gain = setting("gain_margin", format!("{gain:.1}"));
+            (self.found(method, kind).is_ok()).then(|| format!("{peak} {phase} {gain}"))
+        });
+        self.limits = asked;
+        found
     }
 }
