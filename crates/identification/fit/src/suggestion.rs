@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use planesman_identification::analysis::{CurveChoice, Options, analyse, may_integrate};
 use planesman_identification::estimators::Method;
 use planesman_identification::frequency::MeasuredResponse;
-use planesman_identification::several::searched_part;
+use planesman_identification::several::{self, searched_part};
 use planesman_identification::{Record, Segment, StraightLine};
 use planesman_signals::{KeptSource, Request, Role, Source, Trend};
 use planesman_text::{option, shell_word};
@@ -96,7 +96,11 @@ const MOST_KEPT: usize = 1 << 19;
 const SEGMENTS: usize = 20;
 /// An input counts as steps if it has at least this many samples for each change of value.
 const STEPS: usize = 20;
-/// Minimum duration, s, of a record whose second half is also tried separately.
+/// The share of the squared error that a second input has to remove to be proposed beside the first.
+const REMOVED: f64 = 0.2;
+/// The least share of a second input that the first one does not explain.
+const OWN: f64 = 0.2;
+/// The shortest record, s, of which the second half is tried by itself.
 const LONG: f64 = 20.0;
 
 /// A signal by its name, with its rank among inputs or outputs.
@@ -219,7 +223,8 @@ pub(crate) fn suggestion<'s>(
         let reference = shell_word(reference);
         let options = format!(" --reference {reference}{}", time(data, has_time));
         return Ok(Some(
-            command(paths, &inputs, &outputs, &options) + &format!("\n  reference {reference}"),
+            command(paths, (&inputs, 1), &outputs, &options)
+                + &format!("\n  reference {reference}"),
         ));
     }
     let mut trial = Trial::new(&tried, first(&inputs, TRIED.0), first(&outputs, TRIED.1));
@@ -256,18 +261,43 @@ pub(crate) fn suggestion<'s>(
     if let Some(from) = trial.from {
         options += &format!(" --window {from}..");
     }
-    Ok(Some(command(paths, &inputs, &outputs, &options)))
+    let names: Vec<&str> = inputs.iter().map(|it| it.1.as_str()).collect();
+    let joint = trial.joint_inputs(&names, &outputs[0].1);
+    // An option of one input is none of several.
+    let (joint, options) = match joint.len() {
+        1 => (1, options),
+        several => {
+            inputs = reordered(inputs, &joint);
+            (several, time(data, has_time))
+        }
+    };
+    Ok(Some(command(paths, (&inputs, joint), &outputs, &options)))
 }
 
-/// The command that fits the first output to the first input, followed by the alternatives.
-fn command(paths: &[PathBuf], inputs: &[Ranked], outputs: &[Ranked], options: &str) -> String {
-    let (input, output) = (shell_word(&inputs[0].1), shell_word(&outputs[0].1));
+/// The inputs with these first.
+fn reordered(inputs: Vec<Ranked>, first: &[String]) -> Vec<Ranked> {
+    let (mut all, rest): (Vec<Ranked>, Vec<Ranked>) =
+        inputs.into_iter().partition(|it| first.contains(&it.1));
+    all.extend(rest);
+    all
+}
+
+/// The command that fits the first output to the first inputs, so many, and the others to choose from.
+fn command(
+    paths: &[PathBuf],
+    (inputs, joint): (&[Ranked], usize),
+    outputs: &[Ranked],
+    options: &str,
+) -> String {
+    let (first, inputs) = inputs.split_at(joint);
+    let first: Vec<String> = first.iter().map(|it| shell_word(&it.1)).collect();
+    let output = shell_word(&outputs[0].1);
     let files: Vec<String> = paths
         .iter()
         .map(|it| shell_word(&it.display().to_string()))
         .collect();
     let others = |of: &[Ranked]| {
-        let few = of.iter().skip(1).take(4);
+        let few = of.iter().take(4);
         let names: Vec<String> = few.map(|it| shell_word(&it.1)).collect();
         match names.is_empty() {
             true => String::new(),
@@ -275,10 +305,12 @@ fn command(paths: &[PathBuf], inputs: &[Ranked], outputs: &[Ranked], options: &s
         }
     };
     format!(
-        "planesman sysid fit {} -i {input} -o {output}{options}\n  input {input}{}\n  output {output}{}",
+        "planesman sysid fit {} -i {} -o {output}{options}\n  input {}{}\n  output {output}{}",
         files.join(" "),
+        first.join(" -i "),
+        first.join(" and "),
         others(inputs),
-        others(outputs)
+        others(&outputs[1..])
     )
 }
 
@@ -367,7 +399,39 @@ impl<'d> Trial<'d> {
         self.refusal.get_or_insert_with(refusal);
     }
 
-    /// The outputs that move with an input, largest explained share first (rounded to a tenth). Positions come last, because they integrate
+    /// The first input, and those of the next two that move the output too: with such an input beside the first, the output is simulated with
+    /// clearly smaller errors.
+    fn joint_inputs(&self, inputs: &[&str], output: &str) -> Vec<String> {
+        let (first, others) = inputs.split_first().expect("an input was found");
+        let error = |names: &[&str]| {
+            let record = shortened(self.record_of_several(names, output)?);
+            let found = several::analyse(&record, 0, &several::Options::default()).ok()?;
+            let all_count =
+                (found.inputs.iter()).all(|it| it.model.is_some() && it.own.share > OWN);
+            let left = 1.0 - found.fit? / 100.0;
+            all_count.then_some(left * left)
+        };
+        let mut joint = vec![*first];
+        let Some(mut least) = error(&joint) else {
+            return vec![(*first).to_owned()];
+        };
+        for other in others.iter().take(TRIED.0 - 1) {
+            let with = [&joint[..], &[*other]].concat();
+            if let Some(left) = error(&with).filter(|it| *it < (1.0 - REMOVED) * least) {
+                (joint, least) = (with, left);
+            }
+        }
+        joint.into_iter().map(str::to_owned).collect()
+    }
+
+    /// The record of an output with several inputs.
+    fn record_of_several(&self, inputs: &[&str], output: &str) -> Option<Record> {
+        let (first, others) = inputs.split_first()?;
+        let others: Vec<String> = others.iter().map(|it| (*it).to_owned()).collect();
+        self.record_with(first, &others, output, Trend::None, true)
+    }
+
+    /// The outputs that go with an input, those first of which it accounts for most, to a tenth; places in space last, since they integrate
     /// everything that moves the vehicle.
     fn going_with(&self, input: &str, outputs: &[Ranked]) -> Vec<Ranked> {
         let tried = outputs.iter().take(TRIED.1);
@@ -480,9 +544,21 @@ impl<'d> Trial<'d> {
         detrend: Trend,
         decimate: bool,
     ) -> Option<Record> {
+        self.record_with(input, &[], output, detrend, decimate)
+    }
+
+    fn record_with(
+        &self,
+        input: &str,
+        other_inputs: &[String],
+        output: &str,
+        detrend: Trend,
+        decimate: bool,
+    ) -> Option<Record> {
         let mut signals = SignalOptions {
             data: self.data.clone(),
             input: input.to_owned(),
+            other_inputs: other_inputs.to_vec(),
             output: output.to_owned(),
             ..SignalOptions::default()
         };
@@ -554,11 +630,13 @@ fn is_of_the_system(path: &str) -> bool {
     })
 }
 
-/// Whether a name contains the word between underscores, slashes and dots, or a part that begins with the word (`thrusters`, `imu0`). The part
-/// `controller` does not count as a control input.
+/// Whether a name has the word between underscores, slashes and dots, with or without a number after it, or one that begins so: `thrusters`, `imu0`, `u2`. What a controller says is
+/// no control.
 fn has(name: &str, word: &str) -> bool {
     let name = name.to_ascii_lowercase();
     let mut parts = name.split(|sign: char| !sign.is_ascii_alphanumeric());
     let begins = |part: &str| word.len() > 2 && part.starts_with(word) && part != "controller";
-    parts.any(|part| part == word || begins(part))
+    parts.any(|part| {
+        part.trim_end_matches(|sign: char| sign.is_ascii_digit()) == word || begins(part)
+    })
 }
