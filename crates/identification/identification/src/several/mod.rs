@@ -41,6 +41,7 @@ pub use given::{Judged, KnownStructure};
 pub use layout::Channel;
 pub use options::Options;
 pub use selection::{Candidate, Effect};
+pub use text::HEAD_OF_F;
 
 #[cfg(test)]
 mod tests;

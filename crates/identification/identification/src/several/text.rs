@@ -11,6 +11,9 @@ use crate::analysis::text::{
     to_a_nanosecond,
 };
 
+/// Heading of the F statistic of an input's effect, with the value from which the input counts.
+pub const HEAD_OF_F: &str = "effect F (needed)";
+
 /// Maximum number of candidates printed, and of offsets.
 const SHOWN: usize = 8;
 
@@ -95,7 +98,14 @@ impl Analysis {
     #[must_use]
     pub fn rows(&self) -> Vec<[String; 6]> {
         let row = |it: &super::InputFindings| {
-            let f = significant(it.effect.f, 3);
+            let f = match it.effect.needed.is_finite() {
+                true => format!(
+                    "{} ({})",
+                    significant(it.effect.f, 3),
+                    significant(it.effect.needed, 2)
+                ),
+                false => significant(it.effect.f, 3),
+            };
             let Some(model) = &it.model else {
                 let none = "-".to_owned();
                 let nothing = "left out".to_owned();
@@ -109,7 +119,10 @@ impl Analysis {
                 ];
             };
             let gain = model.reading().steady_state_gain();
-            let modes = model.reading().modes();
+            let (mut modes, others) = model.reading().determined_modes();
+            if others > 0 {
+                modes.push(format!("{others} not determined"));
+            }
             [
                 it.name.clone(),
                 model.estimate.layout.structure.poles.to_string(),
@@ -126,7 +139,14 @@ impl Analysis {
     }
 
     fn table(&self) -> String {
-        let head = ["input", "order", "delay", "steady-state gain", "modes", "F"];
+        let head = [
+            "input",
+            "order",
+            "delay",
+            "steady-state gain",
+            "modes",
+            HEAD_OF_F,
+        ];
         let rows = self.rows();
         let all = || std::iter::once(head.map(str::to_owned)).chain(rows.iter().cloned());
         let widths = [0, 1, 2, 3, 4, 5].map(|at| {

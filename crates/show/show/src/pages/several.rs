@@ -6,7 +6,7 @@ use maud::{Markup, html};
 use planesman_fit::SeveralResult;
 use planesman_flight::titles;
 use planesman_identification::SIGMAS_95;
-use planesman_identification::several::{Analysis, ChannelModel};
+use planesman_identification::several::{Analysis, ChannelModel, HEAD_OF_F};
 
 use crate::pages::cards::{Card, cards, findings};
 use crate::pages::fit::{
@@ -45,7 +45,7 @@ fn of_output(found: &SeveralResult, output: usize, analysis: &Analysis) -> Marku
         ]))
         (findings(analysis.reasons.iter().map(|it| (it, it.reason.is_against()))))
         div.scroll { table.words {
-            tr { @for head in ["input", "order", "delay, samples", "steady-state gain", "modes", "F"] { th { (head) } } }
+            tr { @for head in ["input", "order", "delay, samples", "steady-state gain", "modes", HEAD_OF_F] { th { (head) } } }
             @for row in analysis.rows() { tr { @for cell in row { td { (cell) } } } }
         } }
         (figures_with_first(&plots))
