@@ -313,6 +313,9 @@ pub(crate) fn settling(estimate: &Estimate, run: usize) -> Option<usize> {
 }
 
 /// The model's step response, and the one estimated from the data without a model, each with its band.
+/// Half the widest band of the response from the data alone, in ranges of the model's response.
+const WIDEST: f64 = 2.0;
+
 pub(crate) fn step<'a>(analysis: &'a Analysis, record: &Record, output_title: &'a str) -> Plot<'a> {
     let estimate = &analysis.estimate;
     let plot = Plot::new("Step response", [SINCE_STEP, output_title]);
@@ -340,13 +343,28 @@ pub(crate) fn step<'a>(analysis: &'a Analysis, record: &Record, output_title: &'
         ),
         Some(_) => from_data(analysis, record, count).map_err(|error| error.to_string()),
     };
+    // A band wider than the response would flatten everything else.
+    let (low, high) = range(&model.iter().map(|it| it.0).collect::<Vec<_>>());
+    let is_narrow = |deviation: f64| SIGMAS_95 * deviation <= WIDEST * (high - low);
+    let without_model = without_model.and_then(|found| {
+        let mut points = found.points;
+        let narrow = points.iter().take_while(|it| is_narrow(it.2)).count();
+        points.truncate(narrow);
+        match points.len() < 3 {
+            true => Err(
+                "its 95 % interval is more than four times as wide as the response itself"
+                    .to_owned(),
+            ),
+            false => Ok(points),
+        }
+    });
     match without_model {
         Err(reason) => plot.note(format!(
             "Response to a unit step of the input, from rest, without offset. The response computed directly from the data is not shown: {reason}."
         )),
         Ok(found) => {
-            let points = || found.points.iter();
-            plot.note("Response to a unit step of the input, from rest, without offset. Computed from the data alone: integral of the least-squares finite impulse response, which feedback in the data would bias.")
+            let points = || found.iter();
+            plot.note("Response to a unit step of the input, from rest, without offset. From the data alone, as far as its 95 % interval is at most four times as wide as the response: integral of the least-squares finite impulse response, which feedback in the data would bias.")
                 .with_all([Series::band(
                     "95 %, data alone",
                     points().map(|(k, value, deviation)| band(*k, *value, *deviation)),
