@@ -148,7 +148,7 @@ fn a_table_without_a_time_that_can_be_meant_is_told_so_with_the_option() {
         (
             "t,u,y",
             &|k| format!("{:.12},", k as f64 * STEP / 86_400.0),
-            "(--time-unit sets it)",
+            "(--time-unit sets the unit)",
         ),
         (
             "t,u,y",

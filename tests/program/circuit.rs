@@ -69,7 +69,7 @@ fn designs_are_compared_over_a_load_cycle_and_none_on_the_front_is_beaten() {
     }
     let own = rows
         .iter()
-        .find(|row| row["design"] == "as in the file, model")
+        .find(|row| row["design"] == "valves as in the file, model")
         .unwrap();
     let point = |time, position, force| Point {
         time,

@@ -236,7 +236,7 @@ fn a_table_is_read_however_it_is_written() {
         (
             "u,y\n".to_owned() + &rows(&|_, u, y| format!("{u},{y}")),
             "-i u -o y --sample-time 50ms",
-            "of the rows, 0.05 s apart",
+            "of the rows, which are 0.05 s apart",
         ),
     ] {
         fs::write(&table, text).unwrap();

@@ -161,7 +161,7 @@ fn a_file_that_is_not_to_be_trusted_is_refused_at_the_start_and_while_it_flies()
     assert!(!refused.status.success());
     let complaint = refused.stderr;
     assert!(
-        complaint.contains("gains.file") && complaint.contains("known to"),
+        complaint.contains("gains.file") && complaint.contains("known only to"),
         "{complaint}"
     );
 
@@ -172,7 +172,7 @@ fn a_file_that_is_not_to_be_trusted_is_refused_at_the_start_and_while_it_flies()
     let operator = stage.operator();
     let answer = operator.set("depth_controller", &[text("gains.file", &unsure)]);
     assert!(!answer.successful);
-    assert!(answer.reason.contains("known to"), "{}", answer.reason);
+    assert!(answer.reason.contains("known only to"), "{}", answer.reason);
     let answer = operator.set("depth_controller", &[text("gains.file", &good)]);
     assert!(answer.successful, "{}", answer.reason);
 }

@@ -98,7 +98,7 @@ fn padding_up_to_four_bytes_is_no_error_but_more_is() {
     payload.push(0);
     assert_eq!(
         cdr::from_bytes::<Empty>(&payload).unwrap_err().to_string(),
-        "not a std_msgs/msg/Empty: 4 bytes are left over"
+        "not a std_msgs/msg/Empty: 4 bytes are left over at the end"
     );
 }
 

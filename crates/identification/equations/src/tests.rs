@@ -201,7 +201,7 @@ fn what_is_no_model_is_refused_with_entry_and_remedy() {
         (
             "{start: 1}",
             "{min: -.inf, max: 2}",
-            "parameters: b: min: -inf refused: a number from -1e100 to 1e100 is expected; for no bound leave min out",
+            "parameters: b: min: -inf refused: a number from -1e100 to 1e100 is expected; for no bound leave out min",
         ),
         (
             "{start: 1}",

@@ -148,7 +148,7 @@ mod tests {
         assert!(
             unreachable(&record, (1.0, 10.0))
                 .unwrap()
-                .contains("settles")
+                .contains("to settle")
         );
         assert_eq!(unreachable(&record, (2.0, 10.0)), None);
     }

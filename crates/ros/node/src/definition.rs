@@ -350,7 +350,10 @@ mod tests {
         write("a_msgs/msg/Loop.msg", "Loop loop\n");
         for (name, reason) in [
             ("a_msgs/msg/Loop", "Loop"),
-            ("a_msgs/msg/Nothing", "no share/a_msgs/msg/Nothing.msg"),
+            (
+                "a_msgs/msg/Nothing",
+                "do not contain share/a_msgs/msg/Nothing.msg",
+            ),
             ("a_msgs/msg/../x", "not a type name"),
             ("nothing", "not a type name"),
         ] {

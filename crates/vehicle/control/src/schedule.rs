@@ -162,7 +162,7 @@ mod tests {
             (
                 vec![1.0, 1.0 + 1e-12],
                 vec![0.5, 0.9],
-                "must be larger than the previous one",
+                "must differ by at least a nanosecond",
             ),
             (vec![-1.0], vec![0.5], "negative"),
             (vec![f64::NAN], vec![0.5], "not finite"),

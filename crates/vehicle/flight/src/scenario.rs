@@ -692,7 +692,7 @@ mod tests {
         scenario.put(&vehicle, Value::from("lauv")).unwrap();
         let refusal = scenario.check().unwrap_err().to_string();
         assert!(
-            refusal.contains("vehicle 'lauv' has no thruster"),
+            refusal.contains("vehicle 'lauv' of plant_sim has no thruster"),
             "{refusal}"
         );
     }

@@ -379,7 +379,7 @@ fn lying_lengths_are_refused_and_cost_no_memory() {
         ("chunk of something else", "cannot be unpacked"),
         (
             "chunk that claims more than it has",
-            "claims 100 bytes, but 9 are there",
+            "claims 100 bytes, but only 9 are there",
         ),
         (
             "chunk whose packing acts on a terminal",

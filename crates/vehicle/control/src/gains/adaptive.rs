@@ -177,7 +177,7 @@ mod tests {
         for (adaptive, part) in [
             (Adaptive::new(), "no model"),
             (received(2.0, 1e-9, -20 * SECOND), "old"),
-            (received(2.0, 1e-1, 0), "known to"),
+            (received(2.0, 1e-1, 0), "known only to"),
             (received(9.0, 1e-9, 0), "times its scheduled"),
             (received(-1.0, 1e-9, 0), "times its scheduled"),
         ] {

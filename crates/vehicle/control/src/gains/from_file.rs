@@ -173,7 +173,7 @@ mod tests {
         }
         let unsure = FromFile::from_model(&file(&weaker(0.1)), &T6, &TRUST).unwrap_err();
         let unsure = unsure.to_string();
-        assert!(unsure.contains("known to"), "{unsure}");
+        assert!(unsure.contains("known only to"), "{unsure}");
     }
 
     #[test]

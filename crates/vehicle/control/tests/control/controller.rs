@@ -439,7 +439,7 @@ fn silence_stays_a_fault_where_it_is_to() {
             .reset_fault()
             .unwrap_err()
             .to_string()
-            .contains("still")
+            .contains("no vehicle state")
     );
     let (_, control) = controller.on_state(&state(21)).unwrap();
     assert_eq!(control.fault, ControlState::FAULT_SILENCE);

@@ -88,7 +88,7 @@ fn a_motion_that_cannot_be_solved_or_is_not_finite_is_an_error_with_time_and_fie
     ] {
         let wild = metering(change);
         assert!(matches!(wild, Error::Motion { .. }), "{wild}");
-        assert!(wild.to_string().contains(" s on: "), "{wild}");
+        assert!(wild.to_string().contains(" s: "), "{wild}");
     }
     let circuit = |change: fn(&mut Circuit)| {
         let mut circuit = circuit_file::parse(circuit_file::BUILT_IN[0].1).expect("built in");
