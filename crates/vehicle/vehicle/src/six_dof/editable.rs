@@ -9,7 +9,8 @@ use super::file::{self, FileError, FileSchema, PropulsionSection, Square};
 use super::vehicle::Vehicle;
 
 /// Groups of numbers.
-const GROUPS: [&str; 8] = [
+const GROUPS: [&str; 10] = [
+    ALL,
     "added_mass",
     "linear_damping",
     "quadratic_damping",
@@ -17,20 +18,33 @@ const GROUPS: [&str; 8] = [
     "coefficients",
     "fins",
     "thrust",
+    THRUST_CENTRE,
     "body",
 ];
+
+/// The word for every number.
+const ALL: &str = "all";
+/// The group of the offsets of all positions of propulsion, m.
+const THRUST_CENTRE: &str = "thrust_centre";
+
+/// The size of a number that is 0, as a length \[m\], a rate \[1/s\] of linear damping, and a share of quadratic damping: times the mass.
+const LENGTH: f64 = 0.02;
+const RATE: f64 = 0.2;
+const SHARE: f64 = 1.0;
 
 /// A number of a vehicle file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Number {
     /// Name: a coefficient's own (`Y_uv`), `linear_damping_26` for row 2 and column 6 of a matrix, `fins_1_slope`, `thrust` for the factor
-    /// of all thrust, `buoyancy`, `centre_of_gravity_z`.
+    /// of all thrust, `thrust_centre_z` for the offset of all positions of propulsion, `buoyancy`, `centre_of_gravity_z`.
     pub name: String,
-    /// Group: `added_mass` (`X_udot` too), `linear_damping`, `quadratic_damping`, `cross_flow`, `coefficients`, `fins`, `thrust`, `body`.
+    /// Group: `added_mass` (`X_udot` too), `linear_damping`, `quadratic_damping`, `cross_flow`, `coefficients`, `fins`, `thrust`, `thrust_centre`, `body`.
     pub group: &'static str,
-    /// Value in the file's unit; 1 for a factor.
+    /// Value in the file's unit; 1 for a factor, 0 for an offset.
     pub value: f64,
-    /// Places of the number in the file; several places for a factor.
+    /// Its size: the value's own, or of a number that is 0 what it may become; in the file's unit.
+    pub size: f64,
+    /// Its places in the file; several for a factor.
     places: Vec<Place>,
 }
 
@@ -44,16 +58,31 @@ struct Place {
 }
 
 impl Number {
-    /// Value to write at one of the places, for a new value of the number.
+    /// Whether a fit seeks it unless other numbers are named: not a 0, nor an entry of body or position.
+    #[must_use]
+    pub fn is_sought_by_default(&self) -> bool {
+        self.value != 0.0 && self.group != "body"
+    }
+
+    /// Whether it is a damping on the diagonal, which feeds energy if its sign is reversed.
+    #[must_use]
+    pub fn is_damping(&self) -> bool {
+        let place = self.name.rsplit('_').next().unwrap_or_default().as_bytes();
+        matches!(self.group, "linear_damping" | "quadratic_damping")
+            && matches!(place, [i, j] if i == j)
+    }
+
+    /// Value at one of its places for a new value of the number.
     fn at(&self, place: &Place, value: f64) -> f64 {
         match self.group {
             "thrust" => place.value * value,
+            THRUST_CENTRE => place.value + value,
             _ => value,
         }
     }
 }
 
-/// A vehicle file: its text, its parsed content, and its numbers that are not 0.
+/// A vehicle file: its text, its parsed content, and its numbers.
 #[derive(Clone, Debug)]
 pub struct EditableFile {
     file: String,
@@ -73,7 +102,7 @@ impl EditableFile {
     pub fn load(name_or_path: &str) -> Result<Self, FileError> {
         let text = file::text(name_or_path)?.into_owned();
         let mut schema = file::schema(name_or_path, &text)?;
-        schema
+        let vehicle = schema
             .vehicle()
             .map_err(|reason| file::refused(name_or_path, reason))?;
         let malformed = |reason| FileError::Malformed {
@@ -95,19 +124,33 @@ impl EditableFile {
             let Some((name, group, _)) = entry(&mut schema, &path) else {
                 continue;
             };
-            let Some((value, bytes)) = number(&text, at).filter(|it| it.0 != 0.0) else {
+            let Some((written, bytes)) = number(&text, at) else {
                 continue;
             };
-            let place = Place { path, bytes, value };
-            match numbers.iter_mut().find(|it| it.name == name) {
-                Some(factor) => factor.places.push(place),
-                None => numbers.push(Number {
-                    value: if group == "thrust" { 1.0 } else { value },
-                    name,
-                    group,
-                    places: vec![place],
-                }),
+            let place = Place {
+                path,
+                bytes,
+                value: written,
+            };
+            if let Some(known) = numbers.iter_mut().find(|it| it.name == name) {
+                known.places.push(place);
+                continue;
             }
+            let value = match group {
+                "thrust" => 1.0,
+                THRUST_CENTRE => 0.0,
+                _ => written,
+            };
+            let Some(size) = size(&vehicle, &name, group, value) else {
+                continue;
+            };
+            numbers.push(Number {
+                value,
+                size,
+                name,
+                group,
+                places: vec![place],
+            });
         }
         Ok(Self {
             file: name_or_path.to_owned(),
@@ -128,7 +171,7 @@ impl EditableFile {
     pub fn named(&self, word: &str) -> Option<Vec<usize>> {
         let all = self.numbers.iter().enumerate();
         let found: Vec<usize> = all
-            .filter(|(_, it)| it.name == word || it.group == word)
+            .filter(|(_, it)| it.name == word || it.group == word || word == ALL)
             .map(|it| it.0)
             .collect();
         (!found.is_empty() || GROUPS.contains(&word)).then_some(found)
@@ -188,6 +231,30 @@ impl EditableFile {
         }
         edits.sort_by_key(|it| it.0.start);
         yaml::edited(&self.text, edits)
+    }
+}
+
+/// The size of a number: its own, or one of a number that is 0; `None` of a 0 that stays 0.
+fn size(vehicle: &Vehicle, name: &str, group: &str, value: f64) -> Option<f64> {
+    if value != 0.0 {
+        return Some(value.abs());
+    }
+    let parts = vehicle.parts();
+    let body = parts.body.matrix();
+    let mass = |i: usize| body[i][i] + parts.added_mass[i][i];
+    let row = |text: &str| text.parse().ok().filter(|row| (1..=6).contains(row));
+    let of_matrix = |factor: f64| {
+        let place = name.rsplit('_').next()?;
+        let (i, j): (usize, usize) = (row(place.get(..1)?)?, row(place.get(1..)?)?);
+        (i == j).then(|| factor * mass(i - 1))
+    };
+    match group {
+        "linear_damping" => of_matrix(RATE),
+        "quadratic_damping" => of_matrix(SHARE),
+        "coefficients" => Some(mass(0)),
+        THRUST_CENTRE => Some(LENGTH),
+        "body" => Some(LENGTH),
+        _ => None,
     }
 }
 
@@ -266,9 +333,19 @@ fn entry<'a>(
             };
             ("thrust".to_owned(), "thrust", entry)
         }
+        ["propulsion", k, "position", i] => {
+            let axis = place(i)?;
+            let position = match file.propulsion.get_mut(place(k)?)? {
+                PropulsionSection::Thruster { position, .. } => position,
+                PropulsionSection::Force { position, .. } => position.as_mut()?,
+                _ => return None,
+            };
+            let name = format!("{THRUST_CENTRE}_{}", AXES.get(axis)?);
+            (name, THRUST_CENTRE, Quantity(position.get_mut(axis)?))
+        }
         ["buoyancy"] => ("buoyancy".to_owned(), "body", Quantity(&mut file.buoyancy)),
         ["centre_of_gravity", i] => {
-            let axis = ["x", "y", "z"].get(place(i)?)?;
+            let axis = AXES.get(place(i)?)?;
             let along = &mut file.centre_of_gravity[place(i)?];
             (format!("centre_of_gravity_{axis}"), "body", Quantity(along))
         }
@@ -276,6 +353,9 @@ fn entry<'a>(
     };
     Some((name, group, entry))
 }
+
+/// Names of the axes of a position.
+const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Index in a list, from the form `[3]`.
 fn place(text: &str) -> Option<usize> {

@@ -13,7 +13,7 @@ use super::damping::{CrossFlow, Damping};
 use super::fins::{Fin, Section};
 use super::hull::Hull;
 use super::inertia::{self, Matrix6, RigidBody};
-use super::lanes::Three;
+use super::lanes::{Three, cross, six};
 use super::propulsion::{Propeller, Propulsor, Thruster};
 use super::vehicle::{Parts, Unphysical, Vehicle};
 use crate::positive;
@@ -277,6 +277,9 @@ pub(super) enum PropulsionSection {
     Force {
         input: String,
         limits: [Quantity; 2],
+        #[serde(default)]
+        axis: Axis,
+        position: Option<[Quantity; 3]>,
     },
     Propeller {
         input: String,
@@ -298,6 +301,18 @@ pub(super) enum PropulsionSection {
         dead_zone: f64,
         lag: Option<Quantity>,
     },
+}
+
+/// The force or moment that an input is, with the symbols of SNAME.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+pub(super) enum Axis {
+    #[default]
+    X,
+    Y,
+    Z,
+    K,
+    M,
+    N,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -480,17 +495,42 @@ impl PropulsionSection {
                 force: si("force", force, Dimension::Force)?,
                 moment: si("moment", moment, Dimension::Moment)?,
             },
-            Self::Force { input, limits } => {
-                let limit = |q| si("limits", q, Dimension::Force);
+            Self::Force {
+                input,
+                limits,
+                axis,
+                position,
+            } => {
+                let place = *axis as usize;
+                let is_force = place < 3;
+                let dimension = match is_force {
+                    true => Dimension::Force,
+                    false => Dimension::Moment,
+                };
+                let limit = |q| si("limits", q, dimension);
                 let limits = [limit(&limits[0])?, limit(&limits[1])?];
                 if limits[0] >= limits[1] {
                     let reason =
                         format!("{limits:?} refused: the first limit must be below the second");
                     return Err(Unphysical::new(at("limits"), reason));
                 }
+                let position = match position {
+                    Some(_) if !is_force => {
+                        let reason = "a moment acts at no position";
+                        return Err(Unphysical::new(at("position"), reason));
+                    }
+                    Some(position) => metres(&at("position"), position)?,
+                    None => [0.0; 3],
+                };
+                let unit: Three<f64> =
+                    std::array::from_fn(|i| if i == place % 3 { 1.0 } else { 0.0 });
                 Propulsor::Force {
                     input: find(&at("input"), input)?,
                     limits,
+                    wrench: match is_force {
+                        true => six(unit, cross(position, unit)),
+                        false => six([0.0; 3], unit),
+                    },
                 }
             }
             Self::Propeller {

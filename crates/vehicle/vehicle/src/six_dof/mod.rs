@@ -8,6 +8,7 @@
 //! case without sway, roll and yaw, with held surge.
 
 mod batch;
+mod body;
 mod boundaries;
 pub mod coefficients;
 mod damping;
@@ -31,6 +32,7 @@ mod vehicle;
 mod water;
 
 pub use batch::Batch;
+pub use body::BoxBody;
 pub use damping::{CrossFlow, Damping};
 pub use editable::{Change, EditableFile, Number};
 pub use equations::{Forces, State};

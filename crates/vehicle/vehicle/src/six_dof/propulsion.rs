@@ -16,12 +16,14 @@ pub enum Propulsor {
         /// `K_prop` \[N m\]
         moment: f64,
     },
-    /// A force along x that is an input \[N\], within limits.
+    /// A force \[N\] or moment \[N m\] that is an input, within limits.
     Force {
         /// Index of the input.
         input: usize,
-        /// Smallest and largest force \[N\].
+        /// Smallest and largest force or moment.
         limits: [f64; 2],
+        /// Force and moment about the origin per unit of the input: `(1, 0, 0, 0, 0, 0)` for a force along x.
+        wrench: Six<f64>,
     },
     /// A propeller with its open-water characteristics.
     Propeller {
@@ -175,10 +177,11 @@ impl Propulsor {
         let along = |force, moment| [force, zero, zero, moment, zero, zero];
         match self {
             Self::Constant { force, moment } => along(T::of(*force), T::of(*moment)),
-            Self::Force { input, limits } => {
-                let [least, most] = *limits;
-                along(inputs[*input].map(|f| f.clamp(least, most)), zero)
-            }
+            Self::Force {
+                input,
+                limits: [least, most],
+                wrench,
+            } => scaled(inputs[*input].map(|f| f.clamp(*least, *most)), of(wrench)),
             Self::Propeller { input, propeller } => {
                 let (force, moment) = propeller.force(nu[0], inputs[*input]);
                 along(force, moment)
@@ -188,6 +191,13 @@ impl Propulsor {
             }
         }
     }
+}
+
+/// Position and direction of a force from its wrench per unit; `None` for a moment. The position is the nearest to the origin on its line.
+pub(super) fn line_of_force(wrench: &Six<f64>) -> Option<(Three<f64>, Three<f64>)> {
+    let [x, y, z, k, m, n] = *wrench;
+    let force = [x, y, z];
+    (force != [0.0; 3]).then(|| (cross(force, [k, m, n]), force))
 }
 
 /// The thrusters cannot produce all wanted forces and moments.

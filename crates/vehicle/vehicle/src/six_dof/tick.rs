@@ -110,7 +110,11 @@ impl Tick {
         let mut thrusters = Vec::new();
         let mut actuator = |(place, name): (usize, &String)| {
             let of = vehicle.parts.propulsors.iter().find_map(|one| match one {
-                Propulsor::Force { input, limits } if *input == place => Some(Actuator::Thrust {
+                Propulsor::Force {
+                    input,
+                    limits,
+                    wrench,
+                } if *input == place && wrench[0] > 0.0 => Some(Actuator::Thrust {
                     ahead: limits[1].max(0.0),
                     astern: (-limits[0]).max(0.0),
                 }),

@@ -7,7 +7,7 @@ use nalgebra::SMatrix;
 use super::super::coefficients::Factor;
 use super::super::inertia::{self, Matrix6, RigidBody};
 use super::super::lanes::Three;
-use super::{Entry, Format, ModelNumbers, Place, is_zero};
+use super::numbers::{Entry, Format, ModelNumbers, Place, is_zero, name};
 
 /// Group of numbers that a finding is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -239,7 +239,7 @@ fn check_squares(numbers: &ModelNumbers, all: &mut Vec<Finding>) {
                 .entries
                 .iter()
                 .find(|it| it.place == Place::Square(i));
-            let own = || Named(super::name(term, &[]), term.value);
+            let own = || Named(name(term, &[]), term.value);
             let named = of_file.cloned().map_or_else(own, Named::from);
             all.push(Finding::Square(named, limit));
         }

@@ -14,10 +14,10 @@ use roxmltree::Node;
 
 use super::super::coefficients::{Factor, Term};
 use super::super::inertia::Matrix6;
-use super::super::propulsion::Propulsor;
+use super::super::propulsion::{Propulsor, line_of_force};
 use super::super::vehicle::Parts;
+use super::numbers::{Format, ModelNumbers, Place, ReadError, flipped, flipped_inertia, name};
 use super::xml::{self, Writer, row};
-use super::{Format, ModelNumbers, Place, ReadError, flipped, flipped_inertia, name};
 
 /// Points of a thruster's curve.
 const POINTS: i32 = 40;
@@ -129,10 +129,18 @@ fn write_thruster(
                 thruster.lag,
             )
         }
-        Propulsor::Force { input, limits } => {
-            let [low, high] = limits;
+        Propulsor::Force {
+            input,
+            limits: [low, high],
+            wrench,
+        } => {
+            let input = &parts.inputs[*input];
+            let Some((place, direction)) = line_of_force(wrench) else {
+                omitted.push(format!("moment '{input}'"));
+                return;
+            };
             let curve = [row([*low, *high]), row([*low, *high])];
-            (&parts.inputs[*input], [0.0; 3], [1.0, 0.0, 0.0], curve, 0.0)
+            (input, place, direction, curve, 0.0)
         }
         Propulsor::Propeller { input, .. } => {
             omitted.push(format!("propeller '{}'", parts.inputs[*input]));

@@ -17,12 +17,12 @@ use roxmltree::Node;
 use super::super::coefficients::{Factor, Term};
 use super::super::inertia::Matrix6;
 use super::super::lanes::Three;
-use super::super::propulsion::Propulsor;
+use super::super::propulsion::{Propulsor, line_of_force};
 use super::super::vehicle::Parts;
-use super::xml::{self, Writer, row};
-use super::{
+use super::numbers::{
     FLIP, Format, ModelNumbers, Place, ReadError, flipped, flipped_inertia, is_zero, name,
 };
+use super::xml::{self, Writer, row};
 
 const ROWS: [&str; 6] = ["x", "y", "z", "k", "m", "n"];
 const COLUMNS: [&str; 6] = ["U", "V", "W", "P", "Q", "R"];
@@ -167,9 +167,14 @@ fn write_thruster(
             omitted.push(format!("constant thrust of {force} N"));
             return;
         }
-        Propulsor::Force { input, .. } | Propulsor::Propeller { input, .. } => {
-            (*input, [0.0; 3], forward)
-        }
+        Propulsor::Propeller { input, .. } => (*input, [0.0; 3], forward),
+        Propulsor::Force { input, wrench, .. } => match line_of_force(wrench) {
+            Some((place, direction)) => (*input, place, direction),
+            None => {
+                omitted.push(format!("moment '{}'", parts.inputs[*input]));
+                return;
+            }
+        },
         Propulsor::Thruster { input, thruster } => (*input, thruster.position, thruster.direction),
     };
     let input = &parts.inputs[input];

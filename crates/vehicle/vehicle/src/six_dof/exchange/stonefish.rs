@@ -13,11 +13,12 @@
 use roxmltree::Node;
 
 use super::super::lanes::{Six, Three};
-use super::super::propulsion::Propulsor;
+use super::super::propulsion::{Propulsor, line_of_force};
 use super::super::vehicle::Parts;
+use super::dave;
 use super::gazebo::scaled_to;
+use super::numbers::{Format, ModelNumbers, Place, ReadError, name};
 use super::xml::{self, Shape, Writer, row};
-use super::{Format, ModelNumbers, Place, ReadError, dave, name};
 
 /// Writes the robot; returns its XML and what it does not express.
 pub(super) fn write(parts: &Parts, numbers: &ModelNumbers, density: f64) -> (String, Vec<String>) {
@@ -103,8 +104,16 @@ fn write_thruster(parts: &Parts, it: &Propulsor, xml: &mut Writer, omitted: &mut
         xml.close();
     };
     let (place, direction) = match it {
-        Propulsor::Force { input, limits } => {
+        Propulsor::Force {
+            input,
+            limits,
+            wrench,
+        } => {
             let name = &parts.inputs[*input];
+            let Some(line) = line_of_force(wrench) else {
+                omitted.push(format!("moment '{name}'"));
+                return;
+            };
             xml.open("actuator", &[("name", name), ("type", "simple_thruster")]);
             let [low, high] = limits.map(|x| x.to_string());
             xml.empty(
@@ -113,7 +122,7 @@ fn write_thruster(parts: &Parts, it: &Propulsor, xml: &mut Writer, omitted: &mut
             );
             xml.open("propeller", &[("right", "true")]);
             propeller(xml);
-            ([0.0; 3], [1.0, 0.0, 0.0])
+            line
         }
         Propulsor::Thruster { input, thruster } => {
             let name = &parts.inputs[*input];

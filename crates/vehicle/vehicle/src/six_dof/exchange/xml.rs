@@ -6,7 +6,7 @@ use roxmltree::Node;
 
 use super::super::lanes::{Three, product};
 use super::super::rotation;
-use super::{ModelNumbers, Place, ReadError, flipped, flipped_inertia};
+use super::numbers::{ModelNumbers, Place, ReadError, flipped, flipped_inertia};
 
 /// Text of an XML tree.
 #[derive(Default)]

@@ -1,6 +1,6 @@
 //! Numbers of a vehicle file, changed where they stand.
 
-use planesman_vehicle::six_dof::{EditableFile, built_in, load, parse};
+use planesman_vehicle::six_dof::{EditableFile, State, Water, built_in, load, parse, rotation};
 
 #[test]
 fn a_file_with_its_own_numbers_is_the_same_vehicle_and_each_number_that_changes_changes_it() {
@@ -16,7 +16,8 @@ fn a_file_with_its_own_numbers_is_the_same_vehicle_and_each_number_that_changes_
         assert!(own.len() > 10, "{name}");
         assert_eq!(file.vehicle(&own).unwrap(), as_it_is, "{name}");
         for (place, value) in own {
-            let of = file.vehicle(&[(place, 1.001 * value)]).unwrap();
+            let by = 0.001 * file.numbers()[place].size;
+            let of = file.vehicle(&[(place, value + by)]).unwrap();
             assert_ne!(of, as_it_is, "{name} {}", file.numbers()[place].name);
         }
     }
@@ -80,6 +81,55 @@ fn thrust_is_one_factor_of_all_propulsors_and_groups_have_their_numbers() {
     // A coefficient of added mass off the diagonal would have to change with its twin.
     let printed = EditableFile::load("remus_100_printed").unwrap();
     assert!(printed.named("Y_vdot").is_some() && printed.named("Y_rdot").is_none());
+}
+
+#[test]
+fn a_number_that_is_zero_has_a_size_and_positions_of_propulsion_move_together() {
+    let file = EditableFile::load("bluerov2_heavy").unwrap();
+    let place = |name: &str| file.named(name).unwrap()[0];
+    let of = |name: &str| &file.numbers()[place(name)];
+    assert_eq!(of("linear_damping_22").value, 0.0);
+    // A fifth of 13.5 kg + 7.12 kg per second.
+    assert!((of("linear_damping_22").size - 4.124).abs() < 1e-12);
+    let moved = file.vehicle(&[(place("thrust_centre_z"), -0.085)]).unwrap();
+    let heights: Vec<f64> = (moved.parts().thrusters())
+        .map(|it| it.1.position[2])
+        .collect();
+    let expected = [0.0, 0.0, 0.0, 0.0, -0.085, -0.085, -0.085, -0.085];
+    for (height, expected) in heights.iter().zip(expected) {
+        assert!((height - expected).abs() < 1e-12, "{heights:?}");
+    }
+    assert_eq!(file.named("all").unwrap().len(), file.numbers().len());
+}
+
+#[test]
+fn an_input_may_be_a_force_or_moment_along_any_axis() {
+    let rov = include_str!("../../../vehicles/six_dof/bluerov2_heavy.yaml");
+    let (head, rest) = rov.split_once("inputs:").unwrap();
+    let body = &rest[rest.find("\nmass:").unwrap()..rest.find("# Thrust in N").unwrap()];
+    let with = |propulsion: &str| {
+        let inputs = "inputs:\n  - { name: Y }\n  - { name: N }\n";
+        parse(
+            "mine",
+            &format!("{head}{inputs}{body}propulsion:\n{propulsion}"),
+        )
+    };
+    let both = "  - { kind: force, input: Y, axis: Y, limits: [-50 N, 50 N], position: [0 m, 0 m, 0.1 m] }\n  - { kind: force, input: N, axis: N, limits: [-9 N m, 9 N m] }\n";
+    let vehicle = with(both).unwrap();
+    let still = State {
+        position: [0.0; 3],
+        attitude: rotation::from_euler([0.0; 3]),
+        velocity: [0.0; 6],
+    };
+    let water = Water::steady([0.0; 3]);
+    let force = vehicle.forces(&still, &[10.0, 20.0], &water).propulsion;
+    // A force of 10 N at 0.1 m below the origin rolls by -1 N m; the moment is limited to 9 N m.
+    assert_eq!(force, [0.0, 10.0, 0.0, -1.0, 0.0, 9.0]);
+    let refusal = with(&both.replace("9 N m]", "9 N m], position: [0 m, 0 m, 0 m]")).unwrap_err();
+    assert!(
+        refusal.to_string().contains("propulsion[1].position"),
+        "{refusal}"
+    );
 }
 
 #[test]
