@@ -1,7 +1,7 @@
 //! `planesman six-dof`: vehicles with six degrees of freedom: flights with held inputs, steady turns, fits to recordings.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail};
 use planesman_console::out;
@@ -27,6 +27,11 @@ pub enum SixDofCommand {
         after_help = "Example:\n  planesman six-dof torpedo --length 1.6m --diameter 0.2m --out mine.yaml\n  planesman six-dof fly mine.yaml --speed 1.5 --input thrust=6"
     )]
     Torpedo(Box<TorpedoArgs>),
+    /// Make a first vehicle file of an ROV whose force and moment are recorded, from its mass and size, to be fitted to the recording
+    #[command(
+        after_help = "Example:\n  planesman six-dof box --mass 40 --length 0.8m --width 0.6m --height 0.4m --out start.yaml\n  planesman six-dof fit log.csv --real --like start.yaml --out rov.yaml"
+    )]
+    Box(BoxArgs),
     /// Find the steady turns at one depth, held by one input, and whether each is stable
     #[command(
         after_help = "Example:\n  planesman six-dof turn lauv --input thrust=9 --input rudder=10deg"
@@ -158,10 +163,25 @@ fn torpedo(args: &TorpedoArgs) -> Result<()> {
         fin_aft: args.fin_aft.unwrap_or(0.43 * args.length),
         top_speed: args.top_speed,
     };
-    let text = shape.file()?;
+    write_vehicle(&args.name, shape.file()?, args.out.as_deref())
+}
+
+fn box_body(args: &BoxArgs) -> Result<()> {
+    let body = six_dof::BoxBody {
+        name: args.name.clone(),
+        mass: args.mass,
+        size: [args.length, args.width, args.height],
+        density: args.density,
+        gravity_below: args.gravity_below,
+    };
+    write_vehicle(&args.name, body.file(), args.out.as_deref())
+}
+
+/// Prints or writes the text of a vehicle.
+fn write_vehicle(name: &str, text: String, out: Option<&Path>) -> Result<()> {
     // What is written is taken.
-    six_dof::parse(&args.name, &text)?;
-    match &args.out {
+    six_dof::parse(name, &text)?;
+    match out {
         None => planesman_console::print(&text)?,
         Some(path) => {
             planesman_text::write_text(path, text)
@@ -170,6 +190,35 @@ fn torpedo(args: &TorpedoArgs) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// Options of `box`.
+#[derive(Clone, Debug, clap::Args)]
+pub struct BoxArgs {
+    /// Name of the vehicle
+    #[arg(long, default_value = "rov")]
+    name: String,
+    /// Mass in air, with the water that it holds (kg)
+    #[arg(long, value_name = "KG", value_parser = within(0.1, 1e6))]
+    mass: f64,
+    /// Length (m, or with its unit)
+    #[arg(long, value_name = "M", value_parser = length(0.05, 100.0))]
+    length: f64,
+    /// Width
+    #[arg(long, value_name = "M", value_parser = length(0.05, 100.0))]
+    width: f64,
+    /// Height
+    #[arg(long, value_name = "M", value_parser = length(0.05, 100.0))]
+    height: f64,
+    /// Density of the water (kg/m^3)
+    #[arg(long, default_value_t = 1000.0, value_parser = within(900.0, 1200.0))]
+    density: f64,
+    /// Distance of the centre of gravity below the centre of buoyancy
+    #[arg(long, value_name = "M", default_value_t = 0.02, value_parser = length(0.0, 10.0))]
+    gravity_below: f64,
+    /// Vehicle file to write; must not exist yet [default: print the text]
+    #[arg(long, value_parser = output_file)]
+    out: Option<PathBuf>,
 }
 
 /// Options of `turn`.
@@ -220,6 +269,7 @@ pub fn run(command: &SixDofCommand) -> Result<()> {
     match command {
         SixDofCommand::Fly(args) => fly(args),
         SixDofCommand::Torpedo(args) => torpedo(args),
+        SixDofCommand::Box(args) => box_body(args),
         SixDofCommand::Turn(args) => turn(args),
         SixDofCommand::Fit(args) => six_dof_fit::run(args),
         SixDofCommand::Export(args) => six_dof_exchange::export(args),

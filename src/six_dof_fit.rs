@@ -4,12 +4,14 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result, bail};
 use planesman_console::{Outcome, out};
-use planesman_fit::{DataOptions, FitOptions, rules};
+use planesman_fit::{DataOptions, FitOptions, Validation, rules};
 use planesman_identification::analysis::Standing;
 use planesman_linear::digits::{significant, value_and_interval, with_interval};
-use planesman_six_dof_fit::{Estimated, SIGNALS, SixDofOptions, SixDofResult, fit_six_dof};
+use planesman_six_dof_fit::{
+    Axes, Cost, Delay, Errors, Estimated, SIGNALS, SixDofOptions, SixDofResult, fit_six_dof,
+};
 
-use crate::arguments::{output_file, within};
+use crate::arguments::{choice, output_file, within};
 use crate::sysid::arguments::{DataArgs, span};
 
 /// Options of `fit`.
@@ -20,10 +22,14 @@ pub struct FitArgs {
     /// Vehicle to start from, built-in or a file; --prior is relative to its numbers
     #[arg(long, value_name = "VEHICLE")]
     like: String,
-    /// Signal of an input or of the motion (north, east, depth, roll, pitch, yaw, u, v, w, p, q, r), if its name or an odometry message does not
-    /// give it; may be repeated
+    /// Signal of an input or of the motion (north, east, depth, roll, pitch, yaw, or qw, qx, qy, qz, and u, v, w, p, q, r), if its name or an
+    /// odometry message does not give it, with a factor and an offset: X=pwm_1*0.1-150; may be repeated
     #[arg(long = "signal", value_name = "NAME=SIGNAL")]
     signals: Vec<String>,
+    /// For the record of a real vehicle: same as --free all --fixed thrust --prior 300 --bias none --cost velocities --horizon 4 --delay automatic,
+    /// where these are not given
+    #[arg(long)]
+    real: bool,
     /// Inputs of the vehicle that the recording lacks: assumed to be 0
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     zero: Vec<String>,
@@ -34,25 +40,46 @@ pub struct FitArgs {
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     free: Vec<String>,
     /// Prior standard deviation of each number, % of its value; choose it large if the vehicle hardly resembles this one
-    #[arg(long, value_name = "PERCENT", default_value_t = 50.0, value_parser = within(0.1, 1e4))]
-    prior: f64,
+    ///
+    /// [default: 50]
+    #[arg(long, value_name = "PERCENT", value_parser = within(0.1, 1e4))]
+    prior: Option<f64>,
     /// A number counts as determined if half of its 95 % interval is at most this percentage of its value
     #[arg(long, value_name = "PERCENT", default_value_t = 50.0, value_parser = within(0.1, 1e4))]
     bound: f64,
-    /// Signals with a constant error (bias) to estimate, or none
-    #[arg(
-        long,
-        value_name = "NAME,...",
-        value_delimiter = ',',
-        default_value = "u,v,w,p,q,r"
-    )]
+    /// Signals with a constant error (bias) to estimate, or none [default: u,v,w,p,q,r]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     bias: Vec<String>,
-    /// Longest simulation from one initial state (s)
-    #[arg(long, value_name = "SECONDS", default_value_t = 30.0, value_parser = within(1.0, 1e5))]
-    horizon: f64,
+    /// The delays of the inputs to estimate [default: none]
+    #[arg(long, value_name = "WHICH", value_parser = choice(&Delay::ALL, Delay::described))]
+    delay: Option<Delay>,
+    /// The signals whose errors are minimised [default: all]
+    #[arg(long, value_name = "SIGNALS", value_parser = choice(&Cost::ALL, Cost::described))]
+    cost: Option<Cost>,
+    /// Axes of the motion in a table: down (x forward, y starboard, z down; north, east, depth) or up (x forward, y port, z up; as in REP 103)
+    #[arg(long, value_name = "AXES", default_value = "down", value_parser = ["down", "up"])]
+    axes: String,
+    /// Angles and angular rates of a table are in degrees
+    #[arg(long)]
+    degrees: bool,
+    /// A signal that is 0 where samples are not to be used
+    #[arg(long, value_name = "SIGNAL")]
+    mask: Option<String>,
+    /// Judge the vehicle on this recording instead of the last three tenths of the data
+    #[arg(long, value_name = "FILE")]
+    validate: Option<PathBuf>,
+    /// Longest simulation from one initial state (s) [default: 30]
+    #[arg(long, value_name = "SECONDS", value_parser = within(1.0, 1e5))]
+    horizon: Option<f64>,
+    /// Judge predictions from measured states over this time (s); half and twice as long ones are printed too
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = within(0.1, 1e5))]
+    predict: f64,
     /// Use only data between these times, in seconds from the first sample of the motion; may be repeated
     #[arg(long, value_name = "FROM..TO", value_parser = span(rules::WINDOW))]
     window: Vec<(f64, f64)>,
+    /// Write a page with measured and predicted motion, errors beside simpler models, and the numbers
+    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    html: Option<PathBuf>,
     /// Print everything as JSON
     #[arg(long)]
     json: bool,
@@ -64,6 +91,43 @@ pub struct FitArgs {
     out: Option<PathBuf>,
 }
 
+/// Jumps that are listed.
+const SHOWN: usize = 6;
+
+impl FitArgs {
+    fn options(&self, data: FitOptions) -> SixDofOptions {
+        let usual = match self.real {
+            true => SixDofOptions::of_a_real_vehicle(),
+            false => SixDofOptions::default(),
+        };
+        let given = |names: &Vec<String>, usual: Vec<String>| match &names[..] {
+            [] => usual,
+            [none] if none == "none" => Vec::new(),
+            names => names.to_vec(),
+        };
+        SixDofOptions {
+            data,
+            signals: self.signals.clone(),
+            like: self.like.clone(),
+            zero: self.zero.clone(),
+            fixed: [&usual.fixed[..], &self.fixed].concat(),
+            free: given(&self.free, usual.free),
+            prior: self.prior.map_or(usual.prior, |it| it / 100.0),
+            bound: self.bound / 100.0,
+            bias: given(&self.bias, usual.bias),
+            horizon: self.horizon.unwrap_or(usual.horizon),
+            predict: self.predict,
+            cost: self.cost.unwrap_or(usual.cost),
+            delay: self.delay.unwrap_or(usual.delay),
+            axes: Axes {
+                left_up: self.axes == "up",
+                degrees: self.degrees,
+            },
+            mask: self.mask.clone(),
+        }
+    }
+}
+
 /// Fits the vehicle, prints the result, and writes the vehicle file.
 ///
 /// # Errors
@@ -72,19 +136,8 @@ pub fn run(args: &FitArgs) -> Result<()> {
     let mut data = FitOptions::default();
     data.signals.data = DataOptions::from(&args.data);
     data.signals.grid.window.clone_from(&args.window);
-    let none = args.bias == ["none"];
-    let options = SixDofOptions {
-        data,
-        signals: args.signals.clone(),
-        like: args.like.clone(),
-        zero: args.zero.clone(),
-        fixed: args.fixed.clone(),
-        free: args.free.clone(),
-        prior: args.prior / 100.0,
-        bound: args.bound / 100.0,
-        bias: if none { Vec::new() } else { args.bias.clone() },
-        horizon: args.horizon,
-    };
+    data.validation = args.validate.clone().map(Validation::Data);
+    let options = args.options(data);
     let found = fit_six_dof(&options, &*args.data.progress())?;
     let name = |path: &PathBuf| path.file_name().map(|it| it.to_string_lossy().into_owned());
     let recording = args.data.data.iter().filter_map(name);
@@ -94,6 +147,10 @@ pub fn run(args: &FitArgs) -> Result<()> {
         let name = name.replace(|c: char| !c.is_alphanumeric() && c != '-', "_");
         let text = found.text(&name, &recording);
         planesman_text::write_text(path, text).with_context(|| format!("{}", path.display()))?;
+    }
+    if let Some(path) = &args.html {
+        let page = planesman_show::pages::six_dof::page(&found, &recording);
+        planesman_text::write_text(path, page).with_context(|| format!("{}", path.display()))?;
     }
     let verdict = found.verdict();
     if args.json {
@@ -115,6 +172,9 @@ fn unit(name: &str) -> &'static str {
 }
 
 fn percent(share: f64) -> String {
+    if share > 10.0 {
+        return "> 1000 %".to_owned();
+    }
     significant(100.0 * share, 2) + " %"
 }
 
@@ -142,11 +202,101 @@ fn print_numbers(args: &FitArgs, found: &SixDofResult) -> Result<usize> {
     Ok(wide)
 }
 
-fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
-    out!("verdict: {}\n", found.verdict())?;
+/// What the recording says of itself.
+fn print_record(found: &SixDofResult) -> Result<()> {
     for contradiction in &found.contradictions {
         out!("- {contradiction}")?;
     }
+    let is_said = |name: &str| found.contradictions.iter().any(|it| it.signal == name);
+    let agreements = found.agreements.iter();
+    for it in agreements.filter(|it| !it.is_close() && !is_said(it.signal)) {
+        out!("- {it}")?;
+    }
+    for it in found.resets.iter().take(SHOWN) {
+        out!(
+            "- {} jumps by {} {} at {:.1} s of run {}: left out",
+            it.signal,
+            significant(it.jump, 2),
+            unit(it.signal),
+            it.time,
+            it.run + 1
+        )?;
+    }
+    if let more @ 1.. = found.resets.len().saturating_sub(SHOWN) {
+        out!("- {more} more jumps: left out")?;
+    }
+    for it in &found.saturated {
+        out!(
+            "- input {} stays at {} for {:.0} % of the time: what it moves is hardly determined",
+            it.input,
+            significant(it.value, 3),
+            100.0 * it.share
+        )?;
+    }
+    Ok(())
+}
+
+/// Errors on held-out data: of signals with fitted initial states, and of predictions from measured states.
+fn print_held_out(args: &FitArgs, found: &SixDofResult) -> Result<()> {
+    let Some(held) = &found.held_out else {
+        return Ok(out!(
+            "\nheld-out data: not judged, because too little data is left to fit or the motion diverges there"
+        )?);
+    };
+    let data = match &args.validate {
+        Some(path) => format!("{} ({:.1} s)", path.display(), held.seconds),
+        None => format!(
+            "the last 30 % ({:.1} s), by a fit of the first 70 %",
+            held.seconds
+        ),
+    };
+    out!("\nheld-out data: {data}")?;
+    if !found.predictions.is_empty() {
+        out!(
+            "errors of predictions from measured states, a start each second (rms; deg and deg/s):"
+        )?;
+        out!(
+            "  horizon  model                       velocity        rate    position    attitude"
+        )?;
+    }
+    for of in &found.predictions {
+        for (predictor, errors) in &of.errors {
+            let name = predictor.name();
+            let Some(Errors {
+                velocity,
+                rate,
+                position,
+                attitude,
+            }) = errors
+            else {
+                out!("  {:>5} s  {name:26}  diverges", of.horizon)?;
+                continue;
+            };
+            let [velocity, rate, position, attitude] = [
+                *velocity,
+                rate.to_degrees(),
+                *position,
+                attitude.to_degrees(),
+            ]
+            .map(|it| significant(it, 3));
+            out!(
+                "  {:>5} s  {name:24}  {velocity:>6} m/s  {rate:>10}  {position:>8} m  {attitude:>10}",
+                of.horizon
+            )?;
+        }
+    }
+    out!("errors of simulations with fitted initial states:")?;
+    out!("  rms          fitted       --like")?;
+    for (name, fitted, like) in &held.signals {
+        let (fitted, like) = (significant(*fitted, 3), significant(*like, 3));
+        out!("  {name:6}  {fitted:>11}  {like:>11}  {}", unit(name))?;
+    }
+    Ok(())
+}
+
+fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
+    out!("verdict: {}\n", found.verdict())?;
+    print_record(found)?;
     out!(
         "{} fitted to {recording}: {:.1} s in {} windows, {} samples\n",
         found.like,
@@ -166,8 +316,14 @@ fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
             false => out!("{title} {}", each.join(", ")),
         }
     };
+    if args.real {
+        out!(
+            "\nMasses, moments and damping are in proportion to the forces of the inputs: if these are k times too large, so are all of them.\nA bollard pull or a weighing settles k."
+        )?;
+    }
     out!("")?;
     list("current ", &found.current, |_| "m/s")?;
+    list("delay   ", &found.delays, |_| "s")?;
     if args.verbose {
         list("bias    ", &found.biases, unit)?;
         let noise = found.noise.iter();
@@ -186,29 +342,14 @@ fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
             "{count} pairs of numbers are hard to separate: correlation above 0.95 (--verbose lists them)"
         )?;
     }
-    match &found.held_out {
-        None => out!(
-            "\nheld-out data: not evaluated, because too little data is left for the fit, or the motion diverges in the held-out data"
-        )?,
-        Some(held) => {
-            out!(
-                "\nheld-out data: the last 30 % ({:.1} s), simulated with a fit of the first 70 %; initial states, current and biases are fitted in both parts:",
-                held.seconds
-            )?;
-            out!("  rms          fitted       --like")?;
-            for (name, fitted, like) in &held.signals {
-                let (fitted, like) = (significant(*fitted, 3), significant(*like, 3));
-                out!("  {name:6}  {fitted:>11}  {like:>11}  {}", unit(name))?;
-            }
-        }
-    }
+    print_held_out(args, found)?;
     if found.undetermined.is_empty() {
         out!("\neach number is determined to within {} %", args.bound)?;
     } else {
         out!(
             "\nnot determined to within {} % (prior: {} %), each with the manoeuvre that would help most:",
             args.bound,
-            significant(planesman_identification::SIGMAS_95 * args.prior, 2)
+            significant(100.0 * planesman_identification::SIGMAS_95 * found.prior, 2)
         )?;
         for it in &found.undetermined {
             let then = match &it.manoeuvre {
@@ -236,14 +377,19 @@ fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
             percent(after.1)
         )?;
     }
+    let mut written = Outcome::new("");
+    if let Some(path) = &args.html {
+        written = written.file("Page", path);
+    }
     if let Some(path) = &args.out {
-        let written = Outcome::new("").file("Vehicle", path);
+        written = written.file("Vehicle", path);
         let fly = format!("planesman six-dof fly {}", path.display());
-        match found.verdict().standing() {
-            Standing::NotUsable => written,
-            _ => written.next(fly, "fly it"),
+        if found.verdict().standing() != Standing::NotUsable {
+            written = written.next(fly, "fly it");
         }
-        .print()?;
+    }
+    if args.html.is_some() || args.out.is_some() {
+        written.print()?;
     }
     Ok(())
 }

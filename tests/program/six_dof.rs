@@ -369,3 +369,130 @@ fn an_exported_vehicle_is_checked_and_a_reversed_sign_ends_with_status_1() {
     let output = six_dof(&["export", "lauv"]);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
 }
+
+/// Columns of a table by name, without units.
+fn columns(path: &str) -> (Vec<String>, Vec<Vec<f64>>) {
+    let text = std::fs::read_to_string(path).unwrap();
+    let mut lines = text.lines();
+    let head = lines.next().unwrap().split(',');
+    let head = head.map(|it| it.split(" [").next().unwrap().to_owned());
+    let row = |line: &str| line.split(',').map(|it| it.parse().unwrap()).collect();
+    (head.collect(), lines.map(row).collect())
+}
+
+/// A real vehicle that is hardly like the built-in one, in what real logs have shown: six tenths of the thrust, thrusters that push through the
+/// origin, twice the righting moment, commands that act 0.2 s late, a full roll.
+#[test]
+fn a_record_as_of_a_real_vehicle_gives_its_numbers_per_newton_and_its_delay() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let own = include_str!("../../crates/vehicle/vehicle/vehicles/six_dof/bluerov2_heavy.yaml");
+    let truth = own
+        .replace("0.085 m]", "0 m]")
+        .replace(
+            "centre_of_gravity: [0 m, 0 m, 0 m]",
+            "centre_of_gravity: [0 m, 0 m, 0.01 m]",
+        )
+        .replace(
+            "[8.9, 176.0, -404.1, 389.9, -140.3]",
+            "[5.34, 105.6, -242.46, 233.94, -84.18]",
+        )
+        .replace(
+            "[13.7, 0, 33.0, 0, 0.8, 0]",
+            "[13.7, 6, 33.0, 0.4, 0.8, 0.5]",
+        );
+    std::fs::write(at("truth.yaml"), truth).unwrap();
+    let (vehicle, run) = (at("truth.yaml"), at("run.csv"));
+    let mut arguments = ["fly", &vehicle, "--duration", "150", "--out", &run]
+        .map(str::to_owned)
+        .to_vec();
+    let noise = planesman_identification::noise(7, 12 * 1501 + 400);
+    let mut normal = noise.into_iter();
+    // Surge, sway, yaw, heave, roll, pitch, each to one side, none, or to the other.
+    let names = [
+        ("front_starboard", [1.0, -1.0, -0.5, 0.0, 0.0, 0.0]),
+        ("front_port", [1.0, 1.0, 0.5, 0.0, 0.0, 0.0]),
+        ("rear_starboard", [-1.0, -1.0, 0.5, 0.0, 0.0, 0.0]),
+        ("rear_port", [-1.0, 1.0, -0.5, 0.0, 0.0, 0.0]),
+        ("vertical_front_starboard", [0.0, 0.0, 0.0, -1.0, 0.5, 0.5]),
+        ("vertical_front_port", [0.0, 0.0, 0.0, -1.0, -0.5, 0.5]),
+        ("vertical_rear_starboard", [0.0, 0.0, 0.0, -1.0, 0.5, -0.5]),
+        ("vertical_rear_port", [0.0, 0.0, 0.0, -1.0, -0.5, -0.5]),
+    ];
+    for step in 1..50 {
+        let wanted: [f64; 6] =
+            std::array::from_fn(|_| 0.3 * normal.next().unwrap().clamp(-1.4, 1.4).round());
+        for (name, mix) in names {
+            let command: f64 = mix.iter().zip(wanted).map(|(m, w)| m * w).sum();
+            let command = command.clamp(-0.6, 0.6);
+            arguments.push("--input".to_owned());
+            arguments.push(format!("{name}={command:.3}@{}", 3 * step));
+        }
+    }
+    printed(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+    let (head, rows) = columns(&run);
+    let mut text = head.join(",") + "\n";
+    for (k, row) in rows.iter().enumerate() {
+        let cell = |(column, value): (usize, &f64)| {
+            let value = match column {
+                0 => *value,
+                1..=12 => value + normal.next().unwrap() * if column > 9 { 0.02 } else { 0.01 },
+                // The commands, two rows early.
+                _ => rows[(k + 2).min(rows.len() - 1)][column],
+            };
+            value.to_string()
+        };
+        let cells: Vec<String> = row.iter().enumerate().map(cell).collect();
+        text += &(cells.join(",") + "\n");
+    }
+    std::fs::write(at("log.csv"), text).unwrap();
+    let log = at("log.csv");
+    let fit = ["fit", &log, "--real", "--like", "bluerov2_heavy", "--json"];
+    let found: serde_json::Value = serde_json::from_str(&printed(&fit)).unwrap();
+    let value = |list: &str, name: &str| {
+        let all = found[list].as_array().unwrap().iter();
+        let it = all.clone().find(|it| it["name"] == name).unwrap();
+        it["value"].as_f64().unwrap()
+    };
+    let near = |list: &str, name: &str, expected: f64, within: f64| {
+        let found = value(list, name);
+        assert!(
+            (found - expected).abs() < within,
+            "{name}: {found}, not {expected}"
+        );
+    };
+    near("delays", "all", 0.2, 0.01);
+    near("numbers", "thrust_centre_z", -0.085, 0.003);
+    // Per newton of a thrust of which six tenths are there: mass, damping and righting moment are larger by 1/0.6.
+    near("numbers", "added_mass_11", (13.5 + 6.36) / 0.6 - 13.5, 0.6);
+    near(
+        "numbers",
+        "added_mass_66",
+        (0.37 + 0.222) / 0.6 - 0.37,
+        0.03,
+    );
+    near("numbers", "linear_damping_44", 0.4 / 0.6, 0.1);
+    let righting =
+        132.57 * value("numbers", "centre_of_gravity_z") + 0.01 * value("numbers", "buoyancy");
+    let expected = (132.57 * 0.01 + 131.588 * 0.01) / 0.6;
+    assert!(
+        (righting / expected - 1.0).abs() < 0.03,
+        "{righting} {expected}"
+    );
+    assert_eq!(
+        found["resets"].as_array().unwrap().len(),
+        0,
+        "{}",
+        found["resets"]
+    );
+    // Ten seconds ahead it predicts far better than any of the simpler models.
+    let predictions = found["predictions"].as_array().unwrap().iter();
+    let judged = predictions
+        .clone()
+        .find(|it| it["is_judged"] == true)
+        .unwrap();
+    let position = |k: usize| judged["errors"][k][1]["position"].as_f64().unwrap();
+    for other in 1..4 {
+        assert!(position(0) < 0.3 * position(other), "{judged}");
+    }
+}

@@ -4,6 +4,8 @@
 //! both after elimination of the unknowns that are not common, the resulting covariance is `(H + H_m + 1/prior^2)^-1`: Goodwin and Payne, *Dynamic
 //! System Identification: Experiment Design and Data Analysis* (1977), ch. 6.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 use planesman_equations::{Run, Track};
 use planesman_identification::SIGMAS_95;
@@ -91,7 +93,9 @@ fn amplitude(vehicle: &Vehicle, input: usize, base: f64) -> Option<(f64, String)
         return Some((ANGLE, "10 deg".to_owned()));
     }
     parts.propulsors.iter().find_map(|it| match it {
-        Propulsor::Force { input: of, limits } if *of == input => {
+        Propulsor::Force {
+            input: of, limits, ..
+        } if *of == input => {
             let force = 0.3 * (limits[1] - limits[0]);
             Some((force, format!("{force:.3} N")))
         }
@@ -207,7 +211,16 @@ pub(super) fn experiments(
     let numbers = problem.sought.len();
     let intervals = |information: DMatrix<f64>| -> Option<Vec<f64>> {
         let covariance = information.cholesky()?.inverse();
-        let of = |k: usize| SIGMAS_95 * covariance[(k, k)].sqrt() / globals[k].abs();
+        let least = |k: usize| match problem.file.numbers()[problem.sought[k]].value {
+            0.0 => 1.0,
+            _ => 0.0,
+        };
+        let share = |k: usize| {
+            (problem.value(k, globals) / problem.unit(k))
+                .abs()
+                .max(least(k))
+        };
+        let of = |k: usize| SIGMAS_95 * covariance[(k, k)].sqrt() / share(k);
         Some((0..numbers).map(of).collect())
     };
     // Residuals that are not white make intervals longer; a run's would be likewise.
@@ -220,9 +233,11 @@ pub(super) fn experiments(
         let window = Window {
             samples: samples.collect(),
             steps,
+            from: 0.0,
+            held: Arc::default(),
             start,
         };
-        let way = problem.simulated(&vehicle, globals, &window, &start);
+        let way = problem.simulated(&vehicle, globals, &window.steps, &start);
         let is_level = |way: &Vec<[f64; 12]>| way.iter().all(|it| it[4].abs() <= STEEPEST);
         let Some(way) = way.filter(is_level) else {
             continue;

@@ -54,23 +54,226 @@ impl fmt::Display for Contradiction {
     }
 }
 
+/// How a pose agrees with the velocities that move it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Agreement {
+    /// The pose, one of [`SIGNALS`].
+    pub signal: &'static str,
+    /// Its increments over those computed from the velocities, after the lag.
+    pub ratio: f64,
+    /// Time by which the pose is later than the velocities \[s\].
+    pub lag: f64,
+    /// The correlation of the increments, after the lag.
+    pub correlation: f64,
+}
+
+impl Agreement {
+    /// Whether ratio and lag are as they should be, as far as noise lets that be seen.
+    #[must_use]
+    pub fn is_close(&self) -> bool {
+        let differs = !CLOSE.contains(&self.ratio) || self.lag.abs() >= LATE;
+        !differs || self.correlation < CLEAR
+    }
+}
+
+impl fmt::Display for Agreement {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            signal, ratio, lag, ..
+        } = self;
+        write!(
+            f,
+            "{signal} moves {ratio:.3} times as far as velocities and attitude imply"
+        )?;
+        match lag {
+            lag if lag.abs() < LATE => f.write_str(": check scale and clock"),
+            lag if *lag > 0.0 => write!(f, ", {lag:.2} s later"),
+            lag => write!(f, ", {:.2} s earlier", -lag),
+        }
+    }
+}
+
+/// A jump of a recorded pose that the velocities do not contain, as of an estimator that is reset.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Reset {
+    /// The number of the run.
+    pub run: usize,
+    /// Its time in the run \[s\].
+    pub time: f64,
+    /// The signal that jumps furthest, and how far.
+    pub signal: &'static str,
+    /// The jump, the signal's unit.
+    pub jump: f64,
+}
+
+/// An input that stays at its smallest or largest value.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Saturated {
+    /// The input.
+    pub input: String,
+    /// The value.
+    pub value: f64,
+    /// The share of its samples there.
+    pub share: f64,
+}
+
+/// Ratios in this range, and lags below this time \[s\], need no note.
+const CLOSE: std::ops::Range<f64> = 0.96..1.04;
+const LATE: f64 = 0.12;
+/// The correlation from which a difference is said.
+const CLEAR: f64 = 0.97;
+/// Lags up to this time are tried \[s\].
+const LATEST: f64 = 1.0;
+/// A jump is so many times the usual difference, and at least this far \[m\], \[rad\].
+const JUMP: f64 = 15.0;
+const LEAST_JUMP: [f64; 2] = [0.05, 0.1];
+/// A pose is rounded where, within this many steps, it stays the same although the velocities imply a motion of more than this many times the
+/// usual difference.
+const AROUND: usize = 2;
+const USUAL: f64 = 3.0;
+/// The pitch from which jumps of angles do not count \[rad\].
+const STEEP: f64 = 1.0;
+/// Jumps of several poses within this time are one \[s\].
+const ONE_RESET: f64 = 1.0;
+/// An input with more values than this that spends more than this share of its samples at a limit is saturated.
+const VALUES: usize = 20;
+const AT_LIMIT: f64 = 0.2;
+/// A pose that moves this many times as far as the velocities say contradicts them, whatever its course.
+const APART: f64 = 100.0;
+
 /// The poses of runs that contradict their velocities; `channels` are the signals of their outputs.
 pub(super) fn contradictions(runs: &[Run], channels: &[usize]) -> Vec<Contradiction> {
     let of_pose = |pose: usize| {
-        let pairs: Vec<(f64, f64)> = runs
-            .iter()
-            .filter_map(|run| increments(run, channels, pose))
-            .flatten()
+        let states = states_of(runs, channels, pose);
+        let pairs: Vec<(f64, f64)> = (states.iter())
+            .flat_map(|it| it.increments(pose, 0))
             .collect();
-        let ratio = ratio(&pairs).filter(|it| !AGREES.contains(it))?;
-        let signal = SIGNALS[pose].0;
-        Some(Contradiction { signal, ratio })
+        let ratio = ratio(&pairs)?;
+        let is_far = ratio.explained <= EXPLAINED && ratio.sizes > APART;
+        let of = if is_far { ratio.sizes } else { ratio.slope };
+        let counts = is_far || ratio.explained > EXPLAINED;
+        (counts && !AGREES.contains(&of)).then_some(Contradiction {
+            signal: SIGNALS[pose].0,
+            ratio: of,
+        })
     };
     (0..NEEDED.len()).filter_map(of_pose).collect()
 }
 
-/// The slope of the second over the first, about their means; `None` if one does not explain the other.
-fn ratio(pairs: &[(f64, f64)]) -> Option<f64> {
+/// How poses agree with velocities that explain them, each at its best lag.
+pub(super) fn agreements(runs: &[Run], channels: &[usize]) -> Vec<Agreement> {
+    let of_pose = |pose: usize| {
+        let states = states_of(runs, channels, pose);
+        let step = states.first()?.step;
+        let most = (LATEST / step) as i64;
+        let at = |lag: i64| {
+            let pairs = states.iter().flat_map(|it| it.increments(pose, lag));
+            let found = ratio(&pairs.collect::<Vec<_>>())?;
+            Some((lag, found))
+        };
+        let (lag, best) = (-most..=most)
+            .filter_map(at)
+            .max_by(|a, b| a.1.explained.total_cmp(&b.1.explained))?;
+        (best.explained > EXPLAINED).then(|| Agreement {
+            signal: SIGNALS[pose].0,
+            ratio: best.slope,
+            lag: lag as f64 * step,
+            correlation: best.explained.sqrt(),
+        })
+    };
+    (0..NEEDED.len()).filter_map(of_pose).collect()
+}
+
+/// The jumps of poses that the velocities do not contain, in the order of time.
+pub(super) fn resets(runs: &[Run], channels: &[usize]) -> Vec<Reset> {
+    let mut all: Vec<Reset> = Vec::new();
+    for (number, run) in runs.iter().enumerate() {
+        let mut found: Vec<Reset> = Vec::new();
+        for pose in 0..NEEDED.len() {
+            let Some(states) = States::new(run, channels, pose) else {
+                continue;
+            };
+            let pairs = states.states.windows(2).map(|it| {
+                let said = 0.5 * states.step * (it[0].0 + it[1].0);
+                (apart(pose, it[1].1, it[0].1), said)
+            });
+            let pairs: Vec<(f64, f64)> = pairs.collect();
+            let jumps: Vec<f64> = pairs.iter().map(|it| it.0 - it.1).collect();
+            let mut sizes: Vec<f64> = jumps.iter().map(|it| it.abs()).collect();
+            sizes.sort_by(f64::total_cmp);
+            let usual = sizes.get(sizes.len() / 2).copied().unwrap_or_default();
+            let least = (JUMP * usual).max(LEAST_JUMP[pose / 3]);
+            // A rounded pose stays the same where the velocities move it, and then makes up for it.
+            let stays = |it: &(f64, f64)| it.1.abs() > USUAL * usual && it.0 == 0.0;
+            let is_rounded = |k: usize| {
+                let near = k.saturating_sub(AROUND)..(k + AROUND + 1).min(pairs.len());
+                pairs[near].iter().any(stays)
+            };
+            let far = jumps.iter().enumerate();
+            let is_defined = |k: usize| {
+                let is_angle = (3..6).contains(&pose);
+                !(is_angle && (states.steep[k] || states.steep[k + 1]))
+            };
+            let far = far.filter(|it| it.1.abs() > least && !is_rounded(it.0) && is_defined(it.0));
+            found.extend(far.map(|(k, jump)| Reset {
+                run: number,
+                time: states.from + states.step * (k as f64 + 0.5),
+                signal: SIGNALS[pose].0,
+                jump: *jump,
+            }));
+        }
+        found.sort_by(|a, b| a.time.total_cmp(&b.time));
+        for reset in found {
+            match all.last_mut() {
+                Some(last) if last.run == number && reset.time - last.time < ONE_RESET => {
+                    if reset.jump.abs() > last.jump.abs() {
+                        (last.signal, last.jump) = (reset.signal, reset.jump);
+                    }
+                }
+                _ => all.push(reset),
+            }
+        }
+    }
+    all
+}
+
+/// The inputs that stay at a limit of their range.
+pub(super) fn saturated(runs: &[Run], names: &[String]) -> Vec<Saturated> {
+    let of_input = |(place, name): (usize, &String)| {
+        let tracks = runs.iter().filter_map(|it| it.inputs.get(place));
+        let mut values: Vec<f64> = tracks.flat_map(|it| it.values.iter().copied()).collect();
+        values.sort_by(f64::total_cmp);
+        let count = values.len();
+        let mut distinct = values.clone();
+        distinct.dedup();
+        if distinct.len() <= VALUES {
+            return None;
+        }
+        let ends = [values[0], values[count - 1]];
+        let share = |end: f64| values.iter().filter(|it| **it == end).count() as f64 / count as f64;
+        let (share, value) = ends
+            .map(|end| (share(end), end))
+            .into_iter()
+            .max_by(|a, b| a.0.total_cmp(&b.0))?;
+        (share > AT_LIMIT).then(|| Saturated {
+            input: name.clone(),
+            value,
+            share,
+        })
+    };
+    names.iter().enumerate().filter_map(of_input).collect()
+}
+
+/// How the second of pairs follows from the first, about their means.
+struct Ratio {
+    slope: f64,
+    /// The share of the second that the first explains.
+    explained: f64,
+    /// The second's size over the first's.
+    sizes: f64,
+}
+
+fn ratio(pairs: &[(f64, f64)]) -> Option<Ratio> {
     let count = pairs.len() as f64;
     let mean = pairs.iter().fold((0.0, 0.0), |(x, y), it| {
         (x + it.0 / count, y + it.1 / count)
@@ -80,64 +283,100 @@ fn ratio(pairs: &[(f64, f64)]) -> Option<f64> {
         [xx + x * x, xy + x * y, yy + y * y]
     });
     let [xx, xy, yy] = sums;
-    let explained = xy * xy / (xx * yy);
-    (explained > EXPLAINED).then(|| xy / xx)
+    (xx > 0.0 && yy > 0.0).then(|| Ratio {
+        slope: xy / xx,
+        explained: xy * xy / (xx * yy),
+        sizes: (yy / xx).sqrt(),
+    })
 }
 
-/// Increments of a pose over a time: first computed from the velocities, then recorded.
-fn increments(run: &Run, channels: &[usize], pose: usize) -> Option<Vec<(f64, f64)>> {
-    let track = |signal: usize| {
-        let place = channels.iter().position(|it| *it == signal)?;
-        Some(&run.outputs[place])
-    };
-    let own = track(pose)?;
-    if NEEDED[pose].iter().any(|it| track(*it).is_none()) {
-        return None;
-    }
-    let steps = own.times.len().clamp(1, SAMPLES);
-    let (from, to) = (*own.times.first()?, *own.times.last()?);
-    let step = (to - from) / steps as f64;
-    if step <= 0.0 {
-        return None;
-    }
-    let grid = (0..=steps).map(|k| from + k as f64 * step);
-    let tracks: Vec<Option<&Track>> = (0..SIGNALS.len()).map(track).collect();
-    let states = grid.map(|time| {
-        let at = |signal: usize| tracks[signal].map_or(0.0, |it| between(it, time));
-        let [roll, pitch, yaw] = [3, 4, 5].map(at);
-        let ([sin, cos], [p, q, r]) = ([libm::sin(roll), libm::cos(roll)], [9, 10, 11].map(at));
-        let turning = q * sin + r * cos;
-        let rate = match pose {
-            0..3 => {
-                let turned = rotation::matrix(rotation::from_euler([roll, pitch, yaw]));
-                rotation::to_fixed(&turned, [6, 7, 8].map(at))[pose]
-            }
-            3 => p + turning * libm::tan(pitch),
-            4 => q * cos - r * sin,
-            _ => turning / libm::cos(pitch),
+/// The states of a pose on a grid.
+struct States {
+    from: f64,
+    step: f64,
+    /// The rate that the velocities imply, and the pose.
+    states: Vec<(f64, f64)>,
+    /// Whether the pitch is so steep that roll and yaw are hardly defined.
+    steep: Vec<bool>,
+}
+
+fn states_of(runs: &[Run], channels: &[usize], pose: usize) -> Vec<States> {
+    let each = runs
+        .iter()
+        .filter_map(|run| States::new(run, channels, pose));
+    each.collect()
+}
+
+impl States {
+    fn new(run: &Run, channels: &[usize], pose: usize) -> Option<Self> {
+        let track = |signal: usize| {
+            let place = channels.iter().position(|it| *it == signal)?;
+            Some(&run.outputs[place])
         };
-        (rate, at(pose))
-    });
-    let states: Vec<(f64, f64)> = states.collect();
-    let span = ((SPAN / step).ceil() as usize).max(STEPS);
-    let windows = states.windows(span + 1).step_by(span);
-    let moved = windows.map(|it| {
-        let inner: f64 = it[1..span].iter().map(|it| it.0).sum();
-        let said = step * (inner + 0.5 * (it[0].0 + it[span].0));
-        (said, apart(pose, it[span].1, it[0].1))
-    });
-    Some(moved.collect())
+        let own = track(pose)?;
+        if NEEDED[pose].iter().any(|it| track(*it).is_none()) {
+            return None;
+        }
+        let steps = own.times.len().saturating_sub(1).clamp(1, SAMPLES);
+        let (from, to) = (*own.times.first()?, *own.times.last()?);
+        let step = (to - from) / steps as f64;
+        if step <= 0.0 {
+            return None;
+        }
+        let tracks: Vec<Option<&Track>> = (0..SIGNALS.len()).map(track).collect();
+        let mut steep = Vec::new();
+        let states = (0..=steps).map(|k| {
+            let time = from + k as f64 * step;
+            let at = |signal: usize| tracks[signal].map_or(0.0, |it| between(it, time, signal));
+            steep.push(at(4).abs() > STEEP);
+            let [roll, pitch, yaw] = [3, 4, 5].map(at);
+            let ([sin, cos], [p, q, r]) = ([libm::sin(roll), libm::cos(roll)], [9, 10, 11].map(at));
+            let turning = q * sin + r * cos;
+            let rate = match pose {
+                0..3 => {
+                    let turned = rotation::matrix(rotation::from_euler([roll, pitch, yaw]));
+                    rotation::to_fixed(&turned, [6, 7, 8].map(at))[pose]
+                }
+                3 => p + turning * libm::tan(pitch),
+                4 => q * cos - r * sin,
+                _ => turning / libm::cos(pitch),
+            };
+            (rate, at(pose))
+        });
+        let states = states.collect();
+        Some(Self {
+            from,
+            step,
+            states,
+            steep,
+        })
+    }
+
+    /// Increments over a time: first computed from the velocities, then recorded, by so many steps later.
+    fn increments(&self, pose: usize, lag: i64) -> Vec<(f64, f64)> {
+        let span = ((SPAN / self.step).ceil() as usize).max(STEPS);
+        let begins = (0..self.states.len().saturating_sub(span)).step_by(span);
+        let moved = begins.filter_map(|begin| {
+            let of = &self.states[begin..=begin + span];
+            let later = usize::try_from(begin as i64 + lag).ok()?;
+            let recorded = self.states.get(later..=later + span)?;
+            let inner: f64 = of[1..span].iter().map(|it| it.0).sum();
+            let said = self.step * (inner + 0.5 * (of[0].0 + of[span].0));
+            Some((said, apart(pose, recorded[span].1, recorded[0].1)))
+        });
+        moved.collect()
+    }
 }
 
-/// The value at a time by linear interpolation.
-fn between(track: &Track, time: f64) -> f64 {
+/// The value at a time by linear interpolation; angles the shorter way.
+fn between(track: &Track, time: f64, signal: usize) -> f64 {
     let (times, values) = (&track.times, &track.values);
     match times.partition_point(|it| *it <= time) {
         0 => values.first().copied().unwrap_or_default(),
         at if at == times.len() => values[at - 1],
         at => {
             let share = (time - times[at - 1]) / (times[at] - times[at - 1]);
-            values[at - 1] + share * (values[at] - values[at - 1])
+            values[at - 1] + share * apart(signal, values[at], values[at - 1])
         }
     }
 }
@@ -185,6 +424,35 @@ mod tests {
     fn a_recording_that_agrees_with_itself_has_no_contradiction() {
         let (run, channels) = weaving();
         assert_eq!(contradictions(&[run], &channels), []);
+    }
+
+    #[test]
+    fn a_pose_that_comes_late_and_one_that_jumps_are_found() {
+        let (mut run, channels) = weaving();
+        // Depth that is 0.3 s late, since its samples are those of the end of their step, and 10 % too long.
+        let depths = run.outputs[0].values.clone();
+        run.outputs[0].values = (0..600_usize)
+            .map(|k| 1.1 * depths[k.saturating_sub(4)])
+            .collect();
+        let found = agreements(&[run.clone()], &channels);
+        let depth = found.iter().find(|it| it.signal == "depth").unwrap();
+        assert!(
+            (depth.lag - 0.3).abs() < 0.05 && (depth.ratio - 1.1).abs() < 0.02,
+            "{depth:?}"
+        );
+        assert!(!depth.is_close());
+        assert_eq!(resets(&[run.clone()], &channels), []);
+        run.outputs[0].values[300..]
+            .iter_mut()
+            .for_each(|it| *it += 0.5);
+        let found = resets(&[run], &channels);
+        let [reset] = &found[..] else {
+            panic!("{found:?}");
+        };
+        assert!(
+            (reset.time - 29.95).abs() < 1e-6 && (reset.jump - 0.5).abs() < 0.05,
+            "{reset:?}"
+        );
     }
 
     #[test]

@@ -3,15 +3,18 @@
 mod error;
 mod experiments;
 mod kinematics;
+mod options;
+mod prediction;
 mod problem;
 mod recording;
 
 use std::fmt;
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::DMatrix;
 use planesman_equations::Run;
-use planesman_fit::{FitOptions, StampedRuns};
+use planesman_fit::StampedRuns;
 use planesman_identification::SIGMAS_95;
 use planesman_identification::analysis::Standing;
 use planesman_linear::digits::significant;
@@ -21,10 +24,13 @@ use serde::Serialize;
 
 pub use error::SixDofError;
 use experiments::experiments;
-use problem::{Problem, Window};
+use prediction::predictions;
+use problem::{Held, Problem, STEPS, Window};
 
 pub use experiments::{Expected, NextRun};
-pub use kinematics::Contradiction;
+pub use kinematics::{Agreement, Contradiction, Reset, Saturated};
+pub use options::{Axes, Cost, Delay, SixDofOptions};
+pub use prediction::{Errors, Prediction, Predictor, Trajectory};
 pub use problem::SIGNALS;
 
 /// The share of a recording that is fitted if the rest is used for validation.
@@ -33,48 +39,14 @@ const FITTED: f64 = 0.7;
 const CORRELATED: f64 = 0.95;
 /// Maximum number of windows.
 const WINDOWS: f64 = 60.0;
-
-/// The options of [`fit_six_dof`].
-#[derive(Clone, Debug)]
-pub struct SixDofOptions {
-    /// The recording, with the windows used and the definition of a gap.
-    pub data: FitOptions,
-    /// `NAME=SIGNAL`, where the name is that of an input of the vehicle or one of [`SIGNALS`].
-    pub signals: Vec<String>,
-    /// The initial vehicle: a built-in one or a file.
-    pub like: String,
-    /// Inputs of the vehicle that are not recorded and assumed to be 0.
-    pub zero: Vec<String>,
-    /// Numbers or groups that are not changed.
-    pub fixed: Vec<String>,
-    /// Numbers or groups to estimate; empty for all except `body`.
-    pub free: Vec<String>,
-    /// The relative prior standard deviation of each number.
-    pub prior: f64,
-    /// A number is determined if half of its 95 % interval is at most this share of its value.
-    pub bound: f64,
-    /// Signals with a constant error to be estimated.
-    pub bias: Vec<String>,
-    /// The longest time that the motion is simulated from one initial state \[s\].
-    pub horizon: f64,
-}
-
-impl Default for SixDofOptions {
-    fn default() -> Self {
-        Self {
-            data: FitOptions::default(),
-            signals: Vec::new(),
-            like: String::new(),
-            zero: Vec::new(),
-            fixed: Vec::new(),
-            free: Vec::new(),
-            prior: 0.5,
-            bound: 0.5,
-            bias: ["u", "v", "w", "p", "q", "r"].map(str::to_owned).into(),
-            horizon: 30.0,
-        }
-    }
-}
+/// Up to so many inputs have a delay each, unless one is asked for.
+const FEW_INPUTS: usize = 6;
+/// Windows of the first search, if the cost is of velocities \[s\].
+const SHORT: f64 = 1.0;
+/// Time around a reset that is left out \[s\].
+const AROUND_RESET: f64 = 0.3;
+/// Time between the starts of predictions \[s\].
+const START: f64 = 1.0;
 
 /// A value with half its 95 % interval.
 #[derive(Clone, Debug, Serialize)]
@@ -85,15 +57,17 @@ pub struct Estimated {
     pub value: f64,
     /// Half of its 95 % interval.
     pub interval: f64,
-    /// The number's value in the initial vehicle; 0 for a bias and a current.
+    /// Its value in the initial vehicle; 0 for a bias, a current and a delay.
     pub like: f64,
+    /// The least size to which its interval is compared: that of a number that is 0 in the initial vehicle, else 0.
+    pub size: f64,
 }
 
 impl Estimated {
-    /// Half the interval relative to the value.
+    /// Half the interval relative to the value, or to its size.
     #[must_use]
     pub fn relative(&self) -> f64 {
-        self.interval / self.value.abs()
+        self.interval / self.value.abs().max(self.size)
     }
 }
 
@@ -126,18 +100,33 @@ pub struct SixDofResult {
     pub current: Vec<Estimated>,
     /// Biases, the signals' units.
     pub biases: Vec<Estimated>,
+    /// The delays \[s\]: of each input, or one of all.
+    pub delays: Vec<Estimated>,
     /// The noise of each signal: a standard deviation.
     pub noise: Vec<(&'static str, f64)>,
     /// Pairs of numbers that can hardly be separated, with their correlation.
     pub correlated: Vec<(String, String, f64)>,
     /// Poses that contradict the recorded velocities.
     pub contradictions: Vec<Contradiction>,
-    /// `None` if one of the vehicles diverges there, or too little data is left.
+    /// How each pose agrees with the velocities.
+    pub agreements: Vec<Agreement>,
+    /// Jumps of the recorded pose, which are left out.
+    pub resets: Vec<Reset>,
+    /// Inputs that stay at a limit.
+    pub saturated: Vec<Saturated>,
+    /// Errors of predictions from measured states of the held-out data.
+    pub predictions: Vec<Prediction>,
+    /// Some of these predictions.
+    #[serde(skip)]
+    pub trajectories: Vec<Trajectory>,
+    /// `None` if one of the vehicles diverges there, or too little time is left.
     pub held_out: Option<HeldOut>,
     /// The numbers that the data does not determine.
     pub undetermined: Vec<Expected>,
     /// The run that minimises the largest interval.
     pub next: Option<NextRun>,
+    /// The relative prior standard deviation of each number.
+    pub prior: f64,
     /// The range of each signal.
     #[serde(skip)]
     ranges: Vec<(&'static str, f64)>,
@@ -165,7 +154,12 @@ pub enum SixDofVerdict {
         /// Errors of the fitted vehicle over the initial one's, geometric mean over the signals.
         ratio: f64,
     },
-    /// No data was held out for validation.
+    /// It predicts no better than a linear model per axis: the ratio of their errors.
+    LinearAsGood {
+        /// Errors of the fitted vehicle over those of the linear model, geometric mean of velocity, rate and position.
+        ratio: f64,
+    },
+    /// There is no data to validate it on.
     NotValidated,
     /// Some numbers are not determined.
     NotDetermined {
@@ -185,7 +179,7 @@ impl SixDofVerdict {
         match self {
             Self::Contradictory | Self::Worse { .. } => Standing::NotUsable,
             Self::NotValidated => Standing::NotValidated,
-            Self::NotDetermined { .. } => Standing::UsableWithCare,
+            Self::NotDetermined { .. } | Self::LinearAsGood { .. } => Standing::UsableWithCare,
             Self::Good => Standing::Good,
         }
     }
@@ -201,7 +195,12 @@ impl fmt::Display for SixDofVerdict {
                 f,
                 "not usable: the errors on the held-out data are {ratio:.2} times those of the initial vehicle"
             ),
-            Self::NotValidated => f.write_str("not validated: no data was held out"),
+            Self::LinearAsGood { ratio } => write!(
+                f,
+                "usable with care: a linear model per axis predicts the held-out data as well, so \
+                 use that (errors of the vehicle: {ratio:.2} times those of the linear model)"
+            ),
+            Self::NotValidated => f.write_str("not validated: nothing was held out"),
             Self::NotDetermined { count, of } => write!(
                 f,
                 "usable with care: the recording does not determine {count} of {of} numbers"
@@ -224,6 +223,10 @@ impl SixDofResult {
         let of = |all: &[(&str, f64)], name: &str| {
             all.iter().find(|it| it.0 == name).map_or(0.0, |it| it.1)
         };
+        let is_large = held
+            .signals
+            .iter()
+            .any(|it| it.1 > SMALL * of(&self.ranges, it.0));
         let is_seen = held.signals.iter().any(|(name, fitted, _)| {
             *fitted > WITHIN_NOISE * of(&self.noise, name)
                 && *fitted > SMALL * of(&self.ranges, name)
@@ -231,9 +234,22 @@ impl SixDofResult {
         let ratios = held.signals.iter().map(|it| libm::log(it.1 / it.2));
         let ratio = libm::exp(ratios.sum::<f64>() / held.signals.len().max(1) as f64);
         let count = self.undetermined.len();
-        match (is_seen && ratio > WORSE, count) {
-            (true, _) => SixDofVerdict::Worse { ratio },
-            (_, 0) => SixDofVerdict::Good,
+        let over = |other: Predictor| {
+            let at = self.predictions.iter().find(|it| it.is_judged)?;
+            Some(at.of(Predictor::Fitted)?.over(&at.of(other)?))
+        };
+        let over_like = over(Predictor::Like).unwrap_or(ratio);
+        let over_linear = over(Predictor::LinearPerAxis).filter(|it| is_large && *it > 1.0);
+        match (
+            is_seen && ratio > WORSE && over_like > WORSE,
+            over_linear,
+            count,
+        ) {
+            (true, ..) => SixDofVerdict::Worse {
+                ratio: ratio.max(over_like),
+            },
+            (_, Some(ratio), _) => SixDofVerdict::LinearAsGood { ratio },
+            (.., 0) => SixDofVerdict::Good,
             _ => SixDofVerdict::NotDetermined {
                 count,
                 of: self.numbers.len(),
@@ -277,12 +293,7 @@ pub fn fit_six_dof(
     let file = EditableFile::load(&options.like)?;
     let sought = options.sought(&file)?;
     let vehicle = file.vehicle(&[])?;
-    let (data, channels) = recording::read(
-        &options.data,
-        &options.signals,
-        (&vehicle.parts().inputs, &options.zero),
-        progress,
-    )?;
+    let (data, channels) = recording::read(options, &vehicle.parts().inputs, progress)?;
     let mut biased = Vec::new();
     for name in &options.bias {
         let names = SIGNALS.iter().map(|it| it.0);
@@ -290,9 +301,21 @@ pub fn fit_six_dof(
         let place = place.ok_or_else(|| SixDofError::no_number("bias", name, names))?;
         biased.extend(channels.contains(&place).then_some(place));
     }
-    let cut = |share| windows(&data.runs, &channels, options.horizon, share);
-    let all = cut(0.0..1.0);
+    let resets = kinematics::resets(&data.runs, &channels);
+    let mut cutter = Cutter {
+        runs: &data.runs,
+        channels: &channels,
+        resets: &resets,
+        cost: options.cost,
+        most: match options.cost {
+            Cost::All => WINDOWS,
+            Cost::Velocities => 20.0 * WINDOWS,
+        },
+        step: STEPS[STEPS.len() - 1],
+    };
+    let mut all = cutter.windows(options.horizon, 0.0..1.0);
     let samples = samples(&all);
+    let inputs = vehicle.parts().inputs.len();
     let mut problem = Problem {
         file: &file,
         sought,
@@ -300,19 +323,51 @@ pub fn fit_six_dof(
         biased,
         noise: [1.0; 12],
         is_known: false,
+        delays: match options.delay {
+            Delay::None => 0,
+            Delay::Common => 1,
+            Delay::Each => inputs,
+            Delay::Automatic => {
+                if inputs > FEW_INPUTS {
+                    1
+                } else {
+                    inputs
+                }
+            }
+        },
+        cost: options.cost,
     };
     let unknown = unknown(&problem, &all);
     if samples <= 2 * unknown {
         return Err(SixDofError::FewSamples { samples, unknown });
     }
+    for step in &STEPS[..STEPS.len() - 1] {
+        let longer = Cutter {
+            step: *step,
+            ..cutter
+        };
+        let windows = longer.windows(options.horizon, 0.0..1.0);
+        if problem.is_exact(&windows, &all) {
+            (cutter, all) = (longer, windows);
+            break;
+        }
+    }
     progress.begin("models", 0, 0);
-    let found = problem.weighed(&all);
+    let short = match options.cost {
+        Cost::All => Vec::new(),
+        Cost::Velocities => cutter.windows(SHORT, 0.0..1.0),
+    };
+    let found = problem.weighed(&all, &short);
     let found = found.and_then(|it| Some((problem.covariance(&all, &it)?, it)));
     progress.end();
     let ((covariance, information), theta) =
         found.ok_or_else(|| SixDofError::Diverges(options.like.clone()))?;
     let globals = &theta.as_slice()[..problem.globals()];
-    let (numbers, current, biases) = estimated(&problem, globals, &covariance);
+    let (numbers, current, biases, mut delays) = estimated(&problem, globals, &covariance);
+    if delays.len() == inputs {
+        let named = delays.iter_mut().zip(&vehicle.parts().inputs);
+        named.for_each(|(it, name)| it.name.clone_from(name));
+    }
     let relative: Vec<f64> = numbers.iter().map(Estimated::relative).collect();
     let (undetermined, next) = experiments(
         &problem,
@@ -322,15 +377,25 @@ pub fn fit_six_dof(
         (&relative, options.bound),
     )
     .unwrap_or_default();
+    let judged = judged(
+        &problem,
+        &cutter,
+        (&all, globals),
+        &data.validation,
+        options,
+    );
     let noise = channels
         .iter()
         .map(|it| (SIGNALS[*it].0, problem.noise[*it]));
     Ok(SixDofResult {
+        prior: options.prior,
         like: options.like.clone(),
         seconds: all.iter().map(Window::duration).sum(),
         windows: all.len(),
         samples,
         contradictions: kinematics::contradictions(&data.runs, &channels),
+        agreements: kinematics::agreements(&data.runs, &channels),
+        saturated: kinematics::saturated(&data.runs, &vehicle.parts().inputs),
         ranges: (channels.iter().enumerate())
             .map(|(place, channel)| {
                 let values = data.runs.iter().flat_map(|it| &it.outputs[place].values);
@@ -339,7 +404,11 @@ pub fn fit_six_dof(
                 (SIGNALS[*channel].0, largest - least)
             })
             .collect(),
-        held_out: held_out(&problem, (&cut(0.0..FITTED), &cut(FITTED..1.0)), globals),
+        held_out: judged.held_out,
+        predictions: judged.predictions,
+        trajectories: judged.trajectories,
+        resets,
+        delays,
         noise: noise.collect(),
         sought: problem.sought.clone(),
         file: file.clone(),
@@ -353,20 +422,78 @@ pub fn fit_six_dof(
     })
 }
 
-/// The numbers, the current and the biases, each with its interval.
-fn estimated(
+/// What held-out data says of a vehicle.
+#[derive(Default)]
+struct Judged {
+    held_out: Option<HeldOut>,
+    predictions: Vec<Prediction>,
+    trajectories: Vec<Trajectory>,
+}
+
+/// A fitted vehicle on the validation data, or on the rest of the data by a fit of its first part.
+fn judged(
     problem: &Problem<'_>,
-    globals: &[f64],
-    covariance: &DMatrix<f64>,
-) -> (Vec<Estimated>, Vec<Estimated>, Vec<Estimated>) {
+    cutter: &Cutter<'_>,
+    (all, globals): (&[Window], &[f64]),
+    validation: &[Run],
+    options: &SixDofOptions,
+) -> Judged {
+    if validation.is_empty() {
+        let first = cutter.windows(options.horizon, 0.0..FITTED);
+        let rest = cutter.windows(options.horizon, FITTED..1.0);
+        let Some((held, of_first)) = held_out(problem, (&first, &rest), globals) else {
+            return Judged::default();
+        };
+        let windows = |horizon| cutter.overlapping(horizon, FITTED..1.0);
+        let (predictions, trajectories) =
+            predictions(problem, &of_first, &first, (options.predict, &windows));
+        return Judged {
+            held_out: Some(held),
+            predictions,
+            trajectories,
+        };
+    }
+    let resets = kinematics::resets(validation, cutter.channels);
+    let of = Cutter {
+        runs: validation,
+        resets: &resets,
+        ..*cutter
+    };
+    let rest = of.windows(options.horizon, 0.0..1.0);
+    let windows = |horizon| of.overlapping(horizon, 0.0..1.0);
+    let (predictions, trajectories) =
+        predictions(problem, globals, all, (options.predict, &windows));
+    Judged {
+        held_out: compared(problem, globals, &globals[problem.sought.len()..], &rest),
+        predictions,
+        trajectories,
+    }
+}
+
+/// The numbers, the current, the biases, and the delays, each with its interval.
+type AllEstimated = (
+    Vec<Estimated>,
+    Vec<Estimated>,
+    Vec<Estimated>,
+    Vec<Estimated>,
+);
+
+fn estimated(problem: &Problem<'_>, globals: &[f64], covariance: &DMatrix<f64>) -> AllEstimated {
     let estimated = |k: usize, name: &str, like: f64| {
         // A number is sought relative to itself, all else in its unit.
-        let scale = if k < problem.sought.len() { like } else { 1.0 };
+        let (value, unit) = match k < problem.sought.len() {
+            true => (problem.value(k, globals), problem.unit(k)),
+            false => (globals[k], 1.0),
+        };
         Estimated {
             name: name.to_owned(),
-            value: globals[k] * scale,
-            interval: SIGMAS_95 * deviation(covariance, k) * scale.abs(),
+            value,
+            interval: SIGMAS_95 * deviation(covariance, k) * unit.abs(),
             like,
+            size: match k < problem.sought.len() && like == 0.0 {
+                true => unit.abs(),
+                false => 0.0,
+            },
         }
     };
     let of_file = problem.sought.iter().map(|it| &problem.file.numbers()[*it]);
@@ -380,7 +507,9 @@ fn estimated(
         .map(|(k, name)| estimated(numbers.len() + k, name, 0.0))
         .collect();
     let biases = current.split_off(2);
-    (numbers, current, biases)
+    let delays = problem.of_delays().map(|k| estimated(k, "all", 0.0));
+    let delays = delays.collect();
+    (numbers, current, biases, delays)
 }
 
 fn deviation(covariance: &DMatrix<f64>, k: usize) -> f64 {
@@ -411,71 +540,138 @@ fn unknown(problem: &Problem<'_>, windows: &[Window]) -> usize {
     problem.globals() + 12 * windows.len()
 }
 
-impl SixDofOptions {
-    /// The indices of the numbers to estimate.
-    fn sought(&self, file: &EditableFile) -> Result<Vec<usize>, SixDofError> {
-        let names = || file.numbers().iter().map(|it| it.name.as_str());
-        let named = |option, words: &[String]| {
-            let each = words.iter().map(|word| {
-                let found = file.named(word);
-                found.ok_or_else(|| SixDofError::no_number(option, word, names()))
-            });
-            Ok::<_, SixDofError>(each.collect::<Result<Vec<_>, _>>()?.concat())
-        };
-        let (free, fixed) = (named("free", &self.free)?, named("fixed", &self.fixed)?);
-        let is_sought = |place: &usize| match self.free.is_empty() {
-            true => file.numbers()[*place].group != "body" && !fixed.contains(place),
-            false => free.contains(place) && !fixed.contains(place),
-        };
-        let sought: Vec<usize> = (0..file.numbers().len()).filter(is_sought).collect();
-        match sought.is_empty() {
-            true => Err(SixDofError::NothingSought),
-            false => Ok(sought),
+/// Cuts runs into windows.
+#[derive(Clone, Copy)]
+struct Cutter<'a> {
+    runs: &'a [Run],
+    channels: &'a [usize],
+    resets: &'a [Reset],
+    cost: Cost,
+    /// Maximum number of windows.
+    most: f64,
+    /// The longest step of the simulation \[s\].
+    step: f64,
+}
+
+impl Cutter<'_> {
+    /// The spans of a share of a run between its resets \[s\].
+    fn spans(&self, number: usize, share: &Range<f64>) -> Vec<Range<f64>> {
+        let end = self.runs[number].end();
+        let resets = self.resets.iter().filter(|it| it.run == number);
+        let mut spans = Vec::new();
+        let (mut from, to) = (share.start * end, share.end * end);
+        for reset in resets {
+            let until = (reset.time - AROUND_RESET).min(to);
+            if until > from {
+                spans.push(from..until);
+            }
+            from = from.max(reset.time + AROUND_RESET);
         }
+        if from < to {
+            // The last sample of all is in the last window.
+            let until = if share.end == 1.0 { f64::INFINITY } else { to };
+            spans.push(from..until);
+        }
+        spans
+    }
+
+    fn held(&self, number: usize) -> Arc<Vec<Held>> {
+        Arc::new(self.runs[number].inputs.iter().map(Held::new).collect())
+    }
+
+    /// Windows one after the other, of a share of each run.
+    fn windows(&self, longest: f64, share: Range<f64>) -> Vec<Window> {
+        let total: f64 = self.runs.iter().map(Run::end).sum();
+        let longest = longest.max(total / self.most);
+        let of = |(number, run): (usize, &Run)| {
+            let held = self.held(number);
+            let mut parts = Vec::new();
+            for span in self.spans(number, &share) {
+                let (from, to) = (span.start, span.end.min(run.end()));
+                let count = ((to - from) / longest - 1e-9).ceil().max(1.0) as usize;
+                let edge = |k: usize| from + (to - from) * k as f64 / count as f64;
+                parts.extend((0..count).filter_map(|k| {
+                    let until = if k + 1 == count {
+                        span.end
+                    } else {
+                        edge(k + 1)
+                    };
+                    let how = (self.cost, self.step);
+                    Window::of(run, self.channels, edge(k)..until, how, &held)
+                }));
+            }
+            parts
+        };
+        self.runs.iter().enumerate().flat_map(of).collect()
+    }
+
+    /// Windows of that length, one from each second.
+    fn overlapping(&self, length: f64, share: Range<f64>) -> Vec<Window> {
+        let of = |(number, run): (usize, &Run)| {
+            let held = self.held(number);
+            let mut parts = Vec::new();
+            for span in self.spans(number, &share) {
+                let to = span.end.min(run.end());
+                let count = ((to - span.start - length) / START + 1e-9).floor();
+                parts.extend((0..=count.max(-1.0) as i64).filter_map(|k| {
+                    let from = span.start + START * k as f64;
+                    (from + length <= to + 1e-9).then_some(())?;
+                    let until = from + length;
+                    Window::of(
+                        run,
+                        self.channels,
+                        from..until,
+                        (Cost::All, self.step),
+                        &held,
+                    )
+                }));
+            }
+            parts
+        };
+        self.runs.iter().enumerate().flat_map(of).collect()
     }
 }
 
-/// The windows of a share of each run.
-fn windows(runs: &[Run], channels: &[usize], longest: f64, share: Range<f64>) -> Vec<Window> {
-    let total: f64 = runs.iter().map(Run::end).sum();
-    let longest = longest.max(total / WINDOWS);
-    let of = |run: &Run| {
-        let (from, to) = (share.start * run.end(), share.end * run.end());
-        let count = ((to - from) / longest - 1e-9).ceil().max(1.0) as usize;
-        let edge = |k: usize| from + (to - from) * k as f64 / count as f64;
-        let parts = (0..count).filter_map(|k| {
-            // The last sample of all is in the last window.
-            let is_last = k + 1 == count && share.end == 1.0;
-            let until = if is_last { f64::INFINITY } else { edge(k + 1) };
-            Window::of(run, channels, edge(k)..until)
-        });
-        parts.collect::<Vec<_>>()
-    };
-    runs.iter().flat_map(of).collect()
-}
-
-/// Errors on the rest of the data: with numbers fitted to the first 70 %, and with the numbers of the initial vehicle. In both cases, current and
-/// biases are fitted to the first part.
+/// Errors on the rest of the data, with numbers fitted to the first seven tenths and with those of the initial vehicle, and the globals of that
+/// fit; for both, current and biases are fitted to the first part.
 fn held_out(
     problem: &Problem<'_>,
     (first, rest): (&[Window], &[Window]),
     found: &[f64],
-) -> Option<HeldOut> {
+) -> Option<(HeldOut, Vec<f64>)> {
     if rest.is_empty() || samples(first) <= 2 * unknown(problem, first) {
         return None;
     }
-    let left = |sought: &[usize], start: &[f64]| {
-        let mut of = Problem {
+    let of_first = |sought: &[usize], start: &[f64]| {
+        let of = Problem {
             sought: sought.to_vec(),
             ..problem.clone()
         };
         let theta = of.minimised(first, start)?;
-        of.is_known = true;
-        let theta = of.minimised(rest, &theta.as_slice()[..of.globals()])?;
+        Some(theta.as_slice()[..of.globals()].to_vec())
+    };
+    let fitted = of_first(&problem.sought, found)?;
+    let like = of_first(&[], &found[problem.sought.len()..])?;
+    Some((compared(problem, &fitted, &like, rest)?, fitted))
+}
+
+/// Errors on data by a fitted vehicle with these globals, and by the initial one with its own; initial states are fitted for both.
+fn compared(
+    problem: &Problem<'_>,
+    fitted: &[f64],
+    like: &[f64],
+    rest: &[Window],
+) -> Option<HeldOut> {
+    let left = |sought: &[usize], globals: &[f64]| {
+        let of = Problem {
+            sought: sought.to_vec(),
+            is_known: true,
+            ..problem.clone()
+        };
+        let theta = of.minimised(rest, globals)?;
         of.left(rest, &theta)
     };
-    let fitted = left(&problem.sought, found)?;
-    let like = left(&[], &found[problem.sought.len()..])?;
+    let (fitted, like) = (left(&problem.sought, fitted)?, left(&[], like)?);
     let signals = SIGNALS.iter().zip(fitted.into_iter().zip(like));
     Some(HeldOut {
         seconds: rest.iter().map(Window::duration).sum(),

@@ -29,6 +29,7 @@ pub mod flights;
 mod poles;
 pub mod review;
 pub mod several;
+pub mod six_dof;
 mod space;
 pub mod sweep;
 pub mod tables;
