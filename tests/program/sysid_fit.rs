@@ -323,7 +323,7 @@ fn preparation_is_named_and_kept_in_the_model_file() {
         "{file:?}"
     );
     assert!(
-        file.preparation[1].contains("u moves longest from"),
+        file.preparation[1].contains("the longest part in which u moves"),
         "{file:?}"
     );
     assert!(found.prepared.description().contains("1.0000e6"));

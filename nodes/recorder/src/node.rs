@@ -264,7 +264,7 @@ impl Node {
         }
         if self.answer.is_some() && self.state.is_none() {
             bail!(
-                "parameter 'answer': the recorder answers a tick after recording its state; add the topic 'state' to the selection"
+                "parameter 'answer': the recorder answers a tick once it has recorded the message of the topic 'state', which is not selected; add 'state' to the selection"
             );
         }
         Ok(())

@@ -130,7 +130,7 @@ fn topics(parameters: &IdentifierParameters) -> Result<BTreeMap<String, Listened
             known.reliable |= reliable;
             if known.type_name != *type_name {
                 bail!(
-                    "pair '{name}': parameter '{parameter}': {} refused: another signal of the topic '{}' needs {}",
+                    "pair '{name}': parameter '{parameter}' is {}, but another signal of the topic '{}' has the type {}; a topic has one type",
                     type_name,
                     signal.topic(),
                     known.type_name

@@ -115,7 +115,7 @@ fn flow_curve(actuator: &ActuatorSet) -> Plot<'static> {
     };
     let points = (-200..=200).map(|k| widest * (f64::from(k) + 0.5) / 200.0);
     Plot::new("Fig. 2-2: flow curve for digital unit", ["error [deg]", "flow [in^3/s]"])
-        .note("The missing curve is computed here from the logic in Table 4-1. Beyond the threshold, one volume flows in each cycle; an actuator with two volumes begins with the small one. Within the threshold only the drift flows, in the direction of the sign pulse. Accurate positioning acts where the error changes sign.")
+        .note("The missing curve is computed here from the logic in Table 4-1. Beyond the threshold, one volume flows in each cycle; an actuator with two volumes begins with the small one. Within the threshold only the drift flows, in the direction of the sign pulse. The report's precision mode (accurate positioning) uses this jump of the drift at zero error.")
         .line("one volume per cycle, drift with the error's sign", points.map(|error| (error / DEGREE, flow(error))))
 }
 

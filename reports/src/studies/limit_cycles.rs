@@ -262,7 +262,7 @@ fn simulated(dive: &Dive, motion: &Motion) -> Curve {
 /// Explanation of the columns.
 const LEGEND: &str = "Depth, mean error, planes, volumes and t95 (time until the depth is first within 5 % of the step) are from 250 to 500 s, with the ram initially in the middle; the brackets contain the results of an independent simulation. \
      Motion is one of: an orbit found by shooting that the loop follows, with its largest multiplier (below 1, deviations decay); rest; an exact repetition of decisions (repeats); or irregular. Starts: the number of dives, with the ram at 0, -3/8 and 1/4 quantum, that end in this motion, and the motions of the others. \
-     Orbit: in brackets the mean over periods of this program's simulation from 500 to 1000 s. First harmonic: its share in the variance of the actuator's command; harmonic balance \
+     Orbit: values of the orbit found by shooting; in brackets the means over whole periods of this program's simulation from 500 to 1000 s. First harmonic: its share in the variance of the actuator's command; harmonic balance \
      assumes 100 %. Predicted: shown only if |1 + N H| is below 0.1; otherwise harmonic balance predicts no limit cycle, and the brackets contain the smallest |1 + N H|. pp: peak to peak.";
 
 /// Explanation of the columns for irregular motions.

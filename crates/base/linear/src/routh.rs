@@ -14,7 +14,7 @@ use crate::{Error, polynomial::check};
 /// The first column of Routh's scheme.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RouthColumn {
-    /// The column up to the end of the scheme.
+    /// The first column, down to its last row or to the first zero, where the scheme ends.
     pub first: Vec<f64>,
     /// Whether the scheme is complete, without a zero before its end.
     pub complete: bool,

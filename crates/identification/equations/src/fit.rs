@@ -17,7 +17,7 @@ use crate::model::{Equations, Unknown};
 use crate::problem::Problem;
 use crate::simulation::{Run, Unfinished, initial_states};
 
-/// Number of updates of the weights of outputs without a given noise.
+/// Largest number of updates of the weights, for outputs whose noise is not given.
 const WEIGHINGS: usize = 4;
 /// The share of a record that is fitted if the rest is used for validation.
 pub(crate) const FITTED: f64 = 0.7;

@@ -253,7 +253,7 @@ pub trait Value: Sized {
     /// [`RuleError`].
     fn read(text: &str, range: &Range) -> Result<Self, RuleError>;
 
-    /// The value as [`read`](Self::read) parses it.
+    /// The value as text, in the form that [`read`](Self::read) parses.
     fn written(&self) -> String;
 
     /// Checks a value that was not parsed from text.

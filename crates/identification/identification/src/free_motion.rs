@@ -37,8 +37,8 @@ pub(crate) fn without_free_motion(left: &[f64], denominator: &[f64]) -> f64 {
     rotated.rows(n, count - n).norm_squared() + rest
 }
 
-/// The free motion of the denominator nearest to `left`: `m0 ... m(n-1)` of `(m0 + m1 q^-1 + ...) / A impulse`; `None` if a free motion
-/// diverges, or `left` is too short.
+/// Fits a free response of `1/A` to `left` by least squares; returns the coefficients `m0 ... m(n-1)` of `(m0 + m1 q^-1 + ...) / A`, driven by
+/// an impulse. `None` if a free response diverges, or `left` is too short.
 pub(crate) fn free_motion(left: &[f64], denominator: &[f64]) -> Option<Vec<f64>> {
     let (n, count) = (denominator.len() - 1, left.len());
     if n == 0 {

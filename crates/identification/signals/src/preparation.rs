@@ -1,7 +1,7 @@
 //! Prepares a record for identification. Each step reports what it found and did.
 //!
-//! - **Outliers** are samples far from the median of their neighbours (Hampel's test) and from the line between them, in runs of at most
-//!   two. The threshold is at least a fifth of the signal's own range, and a multiple of the signal's usual distance. For an output the
+//! - **Outliers** are single samples or pairs of samples that are far from the median of their neighbours (Hampel's test) and from the straight
+//!   line between the neighbours on either side. The threshold is at least a fifth of the signal's own range, and a multiple of the signal's usual distance. For an output the
 //!   usual distance is computed separately for samples just after a change of the input, so that a response to a pulse is not an outlier.
 //! - **Prefiltering** applies a frequency band to every signal.
 //! - A segment chosen by excitation is the longest part of each segment in which the input moves, including the response afterwards.
@@ -480,7 +480,7 @@ fn excited_segment(record: &mut Record) -> Option<Step> {
     Some(Step {
         name: StepName::Segment,
         text: format!(
-            "{input} moves longest from {}: the fit uses {} of {samples} samples",
+            "the longest part in which {input} moves is {}: the fit uses {} of {samples} samples",
             parts.join(", "),
             record.samples()
         ),

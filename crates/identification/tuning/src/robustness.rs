@@ -51,7 +51,7 @@ impl Distribution {
     }
 }
 
-/// The loop over random plants within the model's uncertainty.
+/// Margins of the loop with the model and with random plants drawn from the model's uncertainty.
 #[derive(Clone, Debug)]
 pub struct Robustness {
     /// Of the model itself.

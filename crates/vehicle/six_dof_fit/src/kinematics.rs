@@ -11,7 +11,8 @@ use planesman_equations::{Run, Track};
 use planesman_vehicle::six_dof::rotation;
 use serde::Serialize;
 
-use crate::problem::{SIGNALS, apart};
+use crate::problem::apart;
+use crate::signals::SIGNALS;
 
 /// The signals that each pose needs in addition to the velocity; others count as 0 if not recorded.
 const NEEDED: [&[usize]; 6] = [&[6, 5], &[6, 5], &[6, 8, 4], &[9], &[10], &[11]];

@@ -7,10 +7,10 @@ mod options;
 mod prediction;
 mod problem;
 mod recording;
+mod signals;
+mod windows;
 
 use std::fmt;
-use std::ops::Range;
-use std::sync::Arc;
 
 use nalgebra::DMatrix;
 use planesman_equations::Run;
@@ -25,28 +25,21 @@ use serde::Serialize;
 pub use error::SixDofError;
 use experiments::experiments;
 use prediction::predictions;
-use problem::{Held, Problem, STEPS, Window};
+use problem::{Problem, Window};
+use windows::Cutter;
 
 pub use experiments::{Expected, NextRun};
 pub use kinematics::{Agreement, Contradiction, Reset, Saturated};
 pub use options::{Axes, Cost, Delay, SixDofOptions};
 pub use prediction::{Errors, Prediction, Predictor, Trajectory};
-pub use problem::SIGNALS;
+pub use signals::SIGNALS;
 
 /// The share of a recording that is fitted if the rest is used for validation.
 const FITTED: f64 = 0.7;
 /// Correlations above this are reported.
 const CORRELATED: f64 = 0.95;
-/// Maximum number of windows.
-const WINDOWS: f64 = 60.0;
-/// Up to so many inputs have a delay each, unless one is asked for.
-const FEW_INPUTS: usize = 6;
 /// Windows of the first search, if the cost is of velocities \[s\].
 const SHORT: f64 = 1.0;
-/// Time around a reset that is left out \[s\].
-const AROUND_RESET: f64 = 0.3;
-/// Time between the starts of predictions \[s\].
-const START: f64 = 1.0;
 
 /// A value with half its 95 % interval.
 #[derive(Clone, Debug, Serialize)]
@@ -294,25 +287,9 @@ pub fn fit_six_dof(
     let sought = options.sought(&file)?;
     let vehicle = file.vehicle(&[])?;
     let (data, channels) = recording::read(options, &vehicle.parts().inputs, progress)?;
-    let mut biased = Vec::new();
-    for name in &options.bias {
-        let names = SIGNALS.iter().map(|it| it.0);
-        let place = names.clone().position(|it| it == name);
-        let place = place.ok_or_else(|| SixDofError::no_number("bias", name, names))?;
-        biased.extend(channels.contains(&place).then_some(place));
-    }
+    let biased = options.biased(&channels)?;
     let resets = kinematics::resets(&data.runs, &channels);
-    let mut cutter = Cutter {
-        runs: &data.runs,
-        channels: &channels,
-        resets: &resets,
-        cost: options.cost,
-        most: match options.cost {
-            Cost::All => WINDOWS,
-            Cost::Velocities => 20.0 * WINDOWS,
-        },
-        step: STEPS[STEPS.len() - 1],
-    };
+    let mut cutter = Cutter::new(&data.runs, &channels, &resets, options.cost);
     let mut all = cutter.windows(options.horizon, 0.0..1.0);
     let samples = samples(&all);
     let inputs = vehicle.parts().inputs.len();
@@ -323,34 +300,15 @@ pub fn fit_six_dof(
         biased,
         noise: [1.0; 12],
         is_known: false,
-        delays: match options.delay {
-            Delay::None => 0,
-            Delay::Common => 1,
-            Delay::Each => inputs,
-            Delay::Automatic => {
-                if inputs > FEW_INPUTS {
-                    1
-                } else {
-                    inputs
-                }
-            }
-        },
+        delays: options.delay.count(inputs),
         cost: options.cost,
     };
     let unknown = unknown(&problem, &all);
     if samples <= 2 * unknown {
         return Err(SixDofError::FewSamples { samples, unknown });
     }
-    for step in &STEPS[..STEPS.len() - 1] {
-        let longer = Cutter {
-            step: *step,
-            ..cutter
-        };
-        let windows = longer.windows(options.horizon, 0.0..1.0);
-        if problem.is_exact(&windows, &all) {
-            (cutter, all) = (longer, windows);
-            break;
-        }
+    if let Some(longer) = cutter.with_longer_steps(&problem, options.horizon, &all) {
+        (cutter, all) = longer;
     }
     progress.begin("models", 0, 0);
     let short = match options.cost {
@@ -396,14 +354,7 @@ pub fn fit_six_dof(
         contradictions: kinematics::contradictions(&data.runs, &channels),
         agreements: kinematics::agreements(&data.runs, &channels),
         saturated: kinematics::saturated(&data.runs, &vehicle.parts().inputs),
-        ranges: (channels.iter().enumerate())
-            .map(|(place, channel)| {
-                let values = data.runs.iter().flat_map(|it| &it.outputs[place].values);
-                let least = values.clone().copied().fold(f64::INFINITY, f64::min);
-                let largest = values.copied().fold(f64::NEG_INFINITY, f64::max);
-                (SIGNALS[*channel].0, largest - least)
-            })
-            .collect(),
+        ranges: ranges(&data.runs, &channels),
         held_out: judged.held_out,
         predictions: judged.predictions,
         trajectories: judged.trajectories,
@@ -420,6 +371,17 @@ pub fn fit_six_dof(
         next,
         data,
     })
+}
+
+/// The range of each signal.
+fn ranges(runs: &[Run], channels: &[usize]) -> Vec<(&'static str, f64)> {
+    let range = |(place, channel): (usize, &usize)| {
+        let values = runs.iter().flat_map(|it| &it.outputs[place].values);
+        let least = values.clone().copied().fold(f64::INFINITY, f64::min);
+        let largest = values.copied().fold(f64::NEG_INFINITY, f64::max);
+        (SIGNALS[*channel].0, largest - least)
+    };
+    channels.iter().enumerate().map(range).collect()
 }
 
 /// What held-out data says of a vehicle.
@@ -538,98 +500,6 @@ fn samples(of: &[Window]) -> usize {
 /// The number of globals and initial states.
 fn unknown(problem: &Problem<'_>, windows: &[Window]) -> usize {
     problem.globals() + 12 * windows.len()
-}
-
-/// Cuts runs into windows.
-#[derive(Clone, Copy)]
-struct Cutter<'a> {
-    runs: &'a [Run],
-    channels: &'a [usize],
-    resets: &'a [Reset],
-    cost: Cost,
-    /// Maximum number of windows.
-    most: f64,
-    /// The longest step of the simulation \[s\].
-    step: f64,
-}
-
-impl Cutter<'_> {
-    /// The spans of a share of a run between its resets \[s\].
-    fn spans(&self, number: usize, share: &Range<f64>) -> Vec<Range<f64>> {
-        let end = self.runs[number].end();
-        let resets = self.resets.iter().filter(|it| it.run == number);
-        let mut spans = Vec::new();
-        let (mut from, to) = (share.start * end, share.end * end);
-        for reset in resets {
-            let until = (reset.time - AROUND_RESET).min(to);
-            if until > from {
-                spans.push(from..until);
-            }
-            from = from.max(reset.time + AROUND_RESET);
-        }
-        if from < to {
-            // The last sample of all is in the last window.
-            let until = if share.end == 1.0 { f64::INFINITY } else { to };
-            spans.push(from..until);
-        }
-        spans
-    }
-
-    fn held(&self, number: usize) -> Arc<Vec<Held>> {
-        Arc::new(self.runs[number].inputs.iter().map(Held::new).collect())
-    }
-
-    /// Windows one after the other, of a share of each run.
-    fn windows(&self, longest: f64, share: Range<f64>) -> Vec<Window> {
-        let total: f64 = self.runs.iter().map(Run::end).sum();
-        let longest = longest.max(total / self.most);
-        let of = |(number, run): (usize, &Run)| {
-            let held = self.held(number);
-            let mut parts = Vec::new();
-            for span in self.spans(number, &share) {
-                let (from, to) = (span.start, span.end.min(run.end()));
-                let count = ((to - from) / longest - 1e-9).ceil().max(1.0) as usize;
-                let edge = |k: usize| from + (to - from) * k as f64 / count as f64;
-                parts.extend((0..count).filter_map(|k| {
-                    let until = if k + 1 == count {
-                        span.end
-                    } else {
-                        edge(k + 1)
-                    };
-                    let how = (self.cost, self.step);
-                    Window::of(run, self.channels, edge(k)..until, how, &held)
-                }));
-            }
-            parts
-        };
-        self.runs.iter().enumerate().flat_map(of).collect()
-    }
-
-    /// Windows of that length, one from each second.
-    fn overlapping(&self, length: f64, share: Range<f64>) -> Vec<Window> {
-        let of = |(number, run): (usize, &Run)| {
-            let held = self.held(number);
-            let mut parts = Vec::new();
-            for span in self.spans(number, &share) {
-                let to = span.end.min(run.end());
-                let count = ((to - span.start - length) / START + 1e-9).floor();
-                parts.extend((0..=count.max(-1.0) as i64).filter_map(|k| {
-                    let from = span.start + START * k as f64;
-                    (from + length <= to + 1e-9).then_some(())?;
-                    let until = from + length;
-                    Window::of(
-                        run,
-                        self.channels,
-                        from..until,
-                        (Cost::All, self.step),
-                        &held,
-                    )
-                }));
-            }
-            parts
-        };
-        self.runs.iter().enumerate().flat_map(of).collect()
-    }
 }
 
 /// Errors on the rest of the data, with numbers fitted to the first seven tenths and with those of the initial vehicle, and the globals of that

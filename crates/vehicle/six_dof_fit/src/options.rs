@@ -4,6 +4,7 @@ use planesman_fit::FitOptions;
 use planesman_vehicle::six_dof::EditableFile;
 
 use crate::error::SixDofError;
+use crate::signals::SIGNALS;
 
 planesman_text::choices! {
     /// The signals whose errors are minimised.
@@ -93,7 +94,34 @@ planesman_text::choices! {
     }
 }
 
+/// Up to so many inputs have a delay each, unless one is asked for.
+const FEW_INPUTS: usize = 6;
+
+impl Delay {
+    /// The number of delays to estimate for so many inputs.
+    pub(crate) const fn count(self, inputs: usize) -> usize {
+        match self {
+            Self::None => 0,
+            Self::Automatic if inputs <= FEW_INPUTS => inputs,
+            Self::Common | Self::Automatic => 1,
+            Self::Each => inputs,
+        }
+    }
+}
+
 impl SixDofOptions {
+    /// The recorded signals with a constant error to estimate.
+    pub(crate) fn biased(&self, channels: &[usize]) -> Result<Vec<usize>, SixDofError> {
+        let names = || SIGNALS.iter().map(|it| it.0);
+        let mut biased = Vec::new();
+        for name in &self.bias {
+            let place = names().position(|it| it == name);
+            let place = place.ok_or_else(|| SixDofError::no_number("bias", name, names()))?;
+            biased.extend(channels.contains(&place).then_some(place));
+        }
+        Ok(biased)
+    }
+
     /// Options for the record of a real vehicle that is hardly like the initial one: all numbers but thrust, whose scale is that of the masses,
     /// with wide priors; velocities over 4 s, outliers that count less, delays of the inputs.
     #[must_use]

@@ -19,22 +19,8 @@ use planesman_parallel::on_all_cores;
 use planesman_vehicle::six_dof::{EditableFile, State, Vehicle, Water, rotation, runge_kutta};
 
 use crate::options::Cost;
+use crate::signals::SIGNALS;
 
-/// The signals of a vehicle's motion that may be measured: name and unit.
-pub const SIGNALS: [(&str, &str); 12] = [
-    ("north", "m"),
-    ("east", "m"),
-    ("depth", "m"),
-    ("roll", "rad"),
-    ("pitch", "rad"),
-    ("yaw", "rad"),
-    ("u", "m/s"),
-    ("v", "m/s"),
-    ("w", "m/s"),
-    ("p", "rad/s"),
-    ("q", "rad/s"),
-    ("r", "rad/s"),
-];
 /// Indices of the angles among the signals.
 const ANGLES: Range<usize> = 3..6;
 /// Prior standard deviations of the 12 numbers of an initial state, about the first samples.

@@ -8,9 +8,9 @@ use planesman_parallel::Progress;
 use planesman_signals::Unwrap;
 use planesman_vehicle::six_dof::rotation;
 
-use super::problem::SIGNALS;
 use crate::error::SixDofError;
 use crate::options::{Axes, SixDofOptions};
+use crate::signals::SIGNALS;
 
 /// The type of odometry.
 const ODOMETRY: &str = "nav_msgs/msg/Odometry";

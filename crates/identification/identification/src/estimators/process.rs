@@ -11,8 +11,8 @@
 //! B(q) = A(q) (1 - q^-1) (s_1 q^-1 + s_2 q^-2 + ...)     one coefficient more than poles
 //! ```
 //! The few parameters minimise the simulated error, from the best points of a grid; the covariance allows for a residual of any colour. The
-//! errors are not whitened: whitened errors would determine a dead time from the single sample at which the response begins, which no slope
-//! describes. If the input before a record is not known, it is assumed to have been constant at its first known value. A record in motion
+//! errors are not whitened: with whitened errors the dead time would depend on the single sample at which the response begins, and a search by
+//! derivatives cannot follow that. If the input before a record is not known, it is assumed to have been constant at its first known value. A record in motion
 //! has an initial state; in a record at rest the output was constant too. An integrating process has an input level at which its output is
 //! constant.
 //!

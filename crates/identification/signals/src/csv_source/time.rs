@@ -305,7 +305,7 @@ impl CsvSource {
             (false, false) if leaps == [0, 0] => (Order::MonthFirst, String::new()),
             (false, false) if leaps[0] == 0 => (
                 Order::DayFirst,
-                told("day/month/year: only in this order do the rows follow each other"),
+                told("day/month/year: read as month/day/year the rows would jump in time"),
             ),
             (false, false) if leaps[1] == 0 => (
                 Order::MonthFirst,

@@ -44,7 +44,7 @@ pub fn page(of: &SixDofResult, recording: &str) -> String {
         @if let Some(first) = plots.first() { (figures_with_first(std::slice::from_ref(first))) }
         (findings(said.chain(resets).chain(saturated)))
         div.columns {
-            div { h2 { "Errors of predictions" } p { "Root mean squares over held-out data, each window from a measured state." } (errors(of).html()) }
+            div { h2 { "Errors of predictions" } p { "Root-mean-square errors on held-out data; the prediction of each window starts from a measured state." } (errors(of).html()) }
             div { h2 { "Numbers" } (numbers(of).html()) }
         }
         h2 { "Measured and predicted" }

@@ -500,39 +500,12 @@ impl PropulsionSection {
                 limits,
                 axis,
                 position,
-            } => {
-                let place = *axis as usize;
-                let is_force = place < 3;
-                let dimension = match is_force {
-                    true => Dimension::Force,
-                    false => Dimension::Moment,
-                };
-                let limit = |q| si("limits", q, dimension);
-                let limits = [limit(&limits[0])?, limit(&limits[1])?];
-                if limits[0] >= limits[1] {
-                    let reason =
-                        format!("{limits:?} refused: the first limit must be below the second");
-                    return Err(Unphysical::new(at("limits"), reason));
-                }
-                let position = match position {
-                    Some(_) if !is_force => {
-                        let reason = "a moment acts at no position";
-                        return Err(Unphysical::new(at("position"), reason));
-                    }
-                    Some(position) => metres(&at("position"), position)?,
-                    None => [0.0; 3],
-                };
-                let unit: Three<f64> =
-                    std::array::from_fn(|i| if i == place % 3 { 1.0 } else { 0.0 });
-                Propulsor::Force {
-                    input: find(&at("input"), input)?,
-                    limits,
-                    wrench: match is_force {
-                        true => six(unit, cross(position, unit)),
-                        false => six([0.0; 3], unit),
-                    },
-                }
-            }
+            } => force(
+                entry,
+                find(&at("input"), input)?,
+                limits,
+                (*axis, position.as_ref()),
+            )?,
             Self::Propeller {
                 input,
                 density,
@@ -589,4 +562,43 @@ impl PropulsionSection {
             }
         })
     }
+}
+
+/// A force or moment that is an input, at a position.
+fn force(
+    entry: &str,
+    input: usize,
+    limits: &[Quantity; 2],
+    (axis, position): (Axis, Option<&[Quantity; 3]>),
+) -> Result<Propulsor, Unphysical> {
+    let at = |field: &str| format!("{entry}.{field}");
+    let place = axis as usize;
+    let is_force = place < 3;
+    let dimension = match is_force {
+        true => Dimension::Force,
+        false => Dimension::Moment,
+    };
+    let limit = |q| si(&at("limits"), q, dimension, Rule::Any);
+    let limits = [limit(&limits[0])?, limit(&limits[1])?];
+    if limits[0] >= limits[1] {
+        let reason = format!("{limits:?} refused: the first limit must be below the second");
+        return Err(Unphysical::new(at("limits"), reason));
+    }
+    let position = match position {
+        Some(_) if !is_force => {
+            let reason = "a moment acts at no position";
+            return Err(Unphysical::new(at("position"), reason));
+        }
+        Some(position) => metres(&at("position"), position)?,
+        None => [0.0; 3],
+    };
+    let unit: Three<f64> = std::array::from_fn(|i| if i == place % 3 { 1.0 } else { 0.0 });
+    Ok(Propulsor::Force {
+        input,
+        limits,
+        wrench: match is_force {
+            true => six(unit, cross(position, unit)),
+            false => six([0.0; 3], unit),
+        },
+    })
 }

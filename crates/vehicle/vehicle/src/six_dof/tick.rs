@@ -68,9 +68,9 @@ impl Commands<'_> {
 /// An input that no actuator of the loop moves.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "input '{input}' refused: no actuator of the loop can move it. Name an angle rudder, \
-     stern_planes or bow_planes; give a force its limits and a propeller its full rotation; any \
-     other input must be a thruster's command"
+    "input '{input}' refused: no actuator of the loop can move it. An angle must have the \
+     name rudder, stern_planes or bow_planes; a force along x needs limits, and a propeller its \
+     full_rotation; any other input must be a thruster's command"
 )]
 pub struct Unmoved {
     /// Its name.

@@ -1,4 +1,5 @@
-//! The file of a torpedo from its shape: hull, fins, trim and top speed, by the formulas of Prestero 2001, ch. 4, and their sources.
+//! Writes the vehicle file of a torpedo from its hull, fins, trim and top speed, by the formulas of Prestero 2001, ch. 4, and of the sources
+//! named there.
 //!
 //! ```text
 //! V = c_p pi/4 d^2 l      m = rho V (1 - reserve)      M_A: Lamb's ellipsoid of the same length and volume
@@ -144,7 +145,7 @@ impl Torpedo {
         }
         let _ = write!(
             text,
-            "\npropulsion:\n  - {{ kind: force, input: thrust, limits: [{} N, {thrust} N] }}   # the hull's drag at {} m/s, a fifth more for the fins; no torque\n\n\
+            "\npropulsion:\n  - {{ kind: force, input: thrust, limits: [{} N, {thrust} N] }}   # upper limit: the hull's drag at {} m/s and a fifth more for the fins; the propeller's torque is not modelled\n\n\
              hull: {{ length: {l} m, width: {d} m, height: {d} m }}\n",
             -0.5 * thrust,
             self.top_speed,
