@@ -97,7 +97,7 @@ pub fn table(survey: &Survey, all: bool, width: Option<usize>) -> String {
     for topic in &survey.topics {
         text += &head(topic);
         let is_listed = |it: &&FieldSurvey| all || it.min != it.max || it.not_finite > 0;
-        let listed: Vec<_> = topic.fields.iter().filter(is_listed).cloned().collect();
+        let listed: Vec<&FieldSurvey> = topic.fields.iter().filter(is_listed).collect();
         let longest = |lines: &[[String; 5]]| {
             let paths = lines.iter().map(|line| line[0].chars().count());
             paths.max().unwrap_or(0)
@@ -211,7 +211,7 @@ fn changed(fields: &[FieldSurvey]) -> Vec<(String, String)> {
 
 /// Path, count, minimum, maximum, time history. Elements of a list share a line if all of them contain one constant number. `neighbours`
 /// points of the history are merged into one.
-fn lines(fields: &[FieldSurvey], neighbours: usize) -> Vec<[String; 5]> {
+fn lines(fields: &[&FieldSurvey], neighbours: usize) -> Vec<[String; 5]> {
     let list_of = |field: &FieldSurvey| {
         let path: FieldPath = field.path.parse().ok()?;
         path.in_list()
@@ -219,7 +219,7 @@ fn lines(fields: &[FieldSurvey], neighbours: usize) -> Vec<[String; 5]> {
     let mut lines = Vec::new();
     let mut rest = fields;
     while let Some((first, others)) = rest.split_first() {
-        let same = |other: &&FieldSurvey| {
+        let same = |other: &&&FieldSurvey| {
             let lists = (list_of(first).map(|it| it.0), list_of(other).map(|it| it.0));
             let numbers = |it: &FieldSurvey| (it.count, it.not_finite, it.min, it.max);
             lists.0.is_some()
@@ -304,6 +304,7 @@ mod tests {
             field("c[3]", &[]),
             field("d", &[f64::NAN, 1.0]),
         ];
+        let fields: Vec<&FieldSurvey> = fields.iter().collect();
         let lines = lines(&fields, 1);
         let paths: Vec<&str> = lines.iter().map(|line| line[0].as_str()).collect();
         assert_eq!(paths, ["c[0..1]", "c[2]", "d"]);

@@ -309,7 +309,7 @@ impl CsvSource {
             ),
             (false, false) if leaps[1] == 0 => (
                 Order::MonthFirst,
-                told("month/day/year: only in this order do the rows follow each other"),
+                told("month/day/year: read as day/month/year the rows would jump in time"),
             ),
             _ => {
                 return Err(SourceError::Data(format!(
