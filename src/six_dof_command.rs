@@ -29,7 +29,7 @@ pub enum SixDofCommand {
     Torpedo(Box<TorpedoArgs>),
     /// Make a first vehicle file of an ROV whose force and moment are recorded, from its mass and size, to be fitted to the recording
     #[command(
-        after_help = "Example:\n  planesman six-dof box --mass 40 --length 0.8m --width 0.6m --height 0.4m --out start.yaml\n  planesman six-dof fit log.csv --real --like start.yaml --out rov.yaml"
+        after_help = "Example:\n  planesman six-dof box --mass 40 --length 0.8m --width 0.6m --height 0.4m \\\n      --out start.yaml\n  planesman six-dof fit log.csv --real --like start.yaml --out rov.yaml"
     )]
     Box(BoxArgs),
     /// Find the steady turns at one depth, held by one input, and whether each is stable
@@ -39,7 +39,7 @@ pub enum SixDofCommand {
     Turn(TurnArgs),
     /// Fit the vehicle's coefficients to a recording: 95 % intervals, undetermined coefficients, and the best next run
     #[command(
-        after_help = "Examples:\n  planesman six-dof fit run.csv --like lauv --fixed added_mass --out mine.yaml\n  planesman six-dof fit bag --like my_rov.yaml \\\n      --signal 'front_port=thrusters:data[0]' --out mine.yaml"
+        after_help = "Examples:\n  planesman six-dof fit run.csv --like lauv --fixed added_mass --out mine.yaml\n  planesman six-dof fit log.csv --real --like start.yaml --html rov.html\n  planesman six-dof fit bag --like my_rov.yaml \\\n      --signal 'front_port=thrusters:data[0]' --out mine.yaml"
     )]
     Fit(Box<FitArgs>),
     /// Write the vehicle for Gazebo, Stonefish or DAVE; list what their files cannot express
