@@ -29,7 +29,7 @@ pub enum SixDofCommand {
     Torpedo(Box<TorpedoArgs>),
     /// Make a first vehicle file of an ROV whose force and moment are recorded, from its mass and size, to be fitted to the recording
     #[command(
-        after_help = "Example:\n  planesman six-dof box --mass 40 --length 0.8m --width 0.6m --height 0.4m \\\n      --out start.yaml\n  planesman six-dof fit log.csv --real --like start.yaml --out rov.yaml"
+        after_help = "Example:\n  planesman six-dof box --mass 40 --size 0.8,0.6,0.4 --out start.yaml\n  planesman six-dof fit log.csv --real --like start.yaml --out rov.yaml"
     )]
     Box(BoxArgs),
     /// Find the steady turns at one depth, held by one input, and whether each is stable
@@ -170,7 +170,7 @@ fn box_body(args: &BoxArgs) -> Result<()> {
     let body = six_dof::BoxBody {
         name: args.name.clone(),
         mass: args.mass,
-        size: [args.length, args.width, args.height],
+        size: args.size.0,
         density: args.density,
         gravity_below: args.gravity_below,
     };
@@ -201,15 +201,9 @@ pub struct BoxArgs {
     /// Mass in air, with the water that it holds (kg)
     #[arg(long, value_name = "KG", value_parser = within(0.1, 1e6))]
     mass: f64,
-    /// Length (m, or with its unit)
-    #[arg(long, value_name = "M", value_parser = length(0.05, 100.0))]
-    length: f64,
-    /// Width
-    #[arg(long, value_name = "M", value_parser = length(0.05, 100.0))]
-    width: f64,
-    /// Height
-    #[arg(long, value_name = "M", value_parser = length(0.05, 100.0))]
-    height: f64,
+    /// Length, width and height (m)
+    #[arg(long, value_name = "L,W,H", value_parser = size)]
+    size: Three,
     /// Density of the water (kg/m^3)
     #[arg(long, default_value_t = 1000.0, value_parser = within(900.0, 1200.0))]
     density: f64,
@@ -252,6 +246,13 @@ fn three(text: &str) -> Result<Three, String> {
         }
         _ => Err("three numbers separated by commas are expected".to_owned()),
     }
+}
+
+fn size(text: &str) -> Result<Three, String> {
+    three(text).and_then(|of| match of.0.iter().all(|x| (0.05..=100.0).contains(x)) {
+        true => Ok(of),
+        false => Err("numbers from 0.05 to 100 m are expected".to_owned()),
+    })
 }
 
 fn current(text: &str) -> Result<Three, String> {
