@@ -56,7 +56,7 @@ pub struct FitArgs {
     /// The signals whose errors are minimised [default: all]
     #[arg(long, value_name = "SIGNALS", value_parser = choice(&Cost::ALL, Cost::described))]
     cost: Option<Cost>,
-    /// Axes of the motion in a table: down (x forward, y starboard, z down; north, east, depth) or up (x forward, y port, z up; as in REP 103)
+    /// Axes of the motion in a table, not of the inputs: down (x forward, y starboard, z down; north, east, depth) or up (x forward, y port, z up; as in REP 103)
     #[arg(long, value_name = "AXES", default_value = "down", value_parser = ["down", "up"])]
     axes: String,
     /// Angles and angular rates of a table are in degrees
@@ -324,6 +324,12 @@ fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
     out!("")?;
     list("current ", &found.current, |_| "m/s")?;
     list("delay   ", &found.delays, |_| "s")?;
+    for it in (found.delays.iter()).filter(|it| it.value + it.interval < 0.0) {
+        out!(
+            "- the delay of {} is negative: the motion leads this input; check clock and signs",
+            it.name
+        )?;
+    }
     if args.verbose {
         list("bias    ", &found.biases, unit)?;
         let noise = found.noise.iter();

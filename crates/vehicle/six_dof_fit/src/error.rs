@@ -39,7 +39,7 @@ pub enum SixDofError {
         "several topics have odometry ({}): name the signals, {}", .0, setting("signal", "u=TOPIC:twist.twist.linear.x"))]
     Odometry(String),
     /// Angles that cannot be in rad.
-    #[error("{0}: larger than a whole turn; angles must be in rad, so convert degrees first")]
+    #[error("{} is larger than a whole turn: if the angles are in degrees, give {}", .0, option("degrees"))]
     Degrees(&'static str),
     /// Hardly more samples than unknowns.
     #[error(
@@ -53,6 +53,9 @@ pub enum SixDofError {
         /// Unknowns.
         unknown: usize,
     },
+    /// The recording contradicts itself, and the search has no finite start.
+    #[error("the recording contradicts itself: {}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
+    Contradictory(Vec<crate::kinematics::Contradiction>),
     /// The search has no finite start.
     #[error(
         "the motion of '{}' diverges within a window of the recording: check its signals and \

@@ -35,11 +35,24 @@ pub struct Contradiction {
     pub signal: &'static str,
     /// The signal's increments divided by the increments computed from the velocities.
     pub ratio: f64,
+    /// The velocities with which the signal agrees if their signs are reversed.
+    pub reversed: Vec<&'static str>,
 }
 
 impl fmt::Display for Contradiction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { signal, ratio } = self;
+        let Self {
+            signal,
+            ratio,
+            reversed,
+        } = self;
+        if !reversed.is_empty() {
+            let names = reversed.join(" and ");
+            return write!(
+                f,
+                "{signal} follows from the velocities and the attitude only if the sign of {names} is reversed (an axis that points up or to the left?)"
+            );
+        }
         let is = |of: f64| (ratio.abs() / of - 1.0).abs() < NEAR;
         write!(
             f,
@@ -121,6 +134,8 @@ pub struct Saturated {
 /// Ratios in this range, and lags below this time \[s\], need no note.
 const CLOSE: std::ops::Range<f64> = 0.96..1.04;
 const LATE: f64 = 0.12;
+/// The share of a pose's increments that velocities with reversed signs must explain.
+const SURE: f64 = 0.8;
 /// The correlation from which a difference is said.
 const CLEAR: f64 = 0.97;
 /// Lags up to this time are tried \[s\].
@@ -153,12 +168,49 @@ pub(super) fn contradictions(runs: &[Run], channels: &[usize]) -> Vec<Contradict
         let is_far = ratio.explained <= EXPLAINED && ratio.sizes > APART;
         let of = if is_far { ratio.sizes } else { ratio.slope };
         let counts = is_far || ratio.explained > EXPLAINED;
-        (counts && !AGREES.contains(&of)).then_some(Contradiction {
-            signal: SIGNALS[pose].0,
+        let signal = SIGNALS[pose].0;
+        if counts {
+            let reversed = Vec::new();
+            return (!AGREES.contains(&of)).then_some(Contradiction {
+                signal,
+                ratio: of,
+                reversed,
+            });
+        }
+        reversed(runs, channels, pose).map(|reversed| Contradiction {
+            signal,
             ratio: of,
+            reversed,
         })
     };
     (0..NEEDED.len()).filter_map(of_pose).collect()
+}
+
+/// The velocities whose reversed signs make a pose agree; `None` if none do.
+fn reversed(runs: &[Run], channels: &[usize], pose: usize) -> Option<Vec<&'static str>> {
+    let of = if pose < 3 { 6..9 } else { 9..12 };
+    let has = |signal: &usize| channels.contains(signal);
+    let signals: Vec<usize> = of.filter(has).collect();
+    // Each set of one or two of them.
+    let pairs = signals.iter().enumerate();
+    let pairs = pairs.flat_map(|(k, a)| signals[k + 1..].iter().map(|b| vec![*a, *b]));
+    let sets = signals.iter().map(|it| vec![*it]).chain(pairs);
+    let found = sets.filter_map(|set| {
+        let mut changed = runs.to_vec();
+        for (place, _) in (channels.iter().enumerate()).filter(|it| set.contains(it.1)) {
+            for run in &mut changed {
+                let values = &mut run.outputs[place].values;
+                values.iter_mut().for_each(|it| *it = -*it);
+            }
+        }
+        let states = states_of(&changed, channels, pose);
+        let pairs = states.iter().flat_map(|it| it.increments(pose, 0));
+        let ratio = ratio(&pairs.collect::<Vec<_>>())?;
+        let agrees = ratio.explained > SURE && AGREES.contains(&ratio.slope);
+        agrees.then_some((ratio.explained, set))
+    });
+    let (_, best) = found.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(best.into_iter().map(|it| SIGNALS[it].0).collect())
 }
 
 /// How poses agree with velocities that explain them, each at its best lag.
@@ -453,6 +505,27 @@ mod tests {
         assert!(
             (reset.time - 29.95).abs() < 1e-6 && (reset.jump - 0.5).abs() < 0.05,
             "{reset:?}"
+        );
+    }
+
+    #[test]
+    fn a_reversed_velocity_that_moves_a_pose_together_with_another_is_named() {
+        let (mut run, channels) = weaving();
+        // Depth by sway in roll: w of its own size, and reversed.
+        let times = run.outputs[0].times.clone();
+        let heave = |t: f64| 0.6 * libm::cos(0.7 * t);
+        let more = times.iter().map(|t| 0.6 / 0.7 * libm::sin(0.7 * (t + 0.1)));
+        for (value, more) in run.outputs[0].values.iter_mut().zip(more) {
+            *value += more * 0.95;
+        }
+        run.outputs[3].values = times.iter().map(|t| heave(*t)).collect();
+        assert_eq!(contradictions(&[run.clone()], &channels), []);
+        run.outputs[3].values.iter_mut().for_each(|it| *it = -*it);
+        let found = contradictions(&[run], &channels);
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert_eq!(
+            (found[0].signal, &found[0].reversed[..]),
+            ("depth", &["w"][..])
         );
     }
 

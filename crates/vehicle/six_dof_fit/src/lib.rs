@@ -25,7 +25,7 @@ use serde::Serialize;
 pub use error::SixDofError;
 use experiments::experiments;
 use prediction::predictions;
-use problem::{Problem, Window};
+use problem::{Problem, VELOCITIES, Window};
 use windows::Cutter;
 
 pub use experiments::{Expected, NextRun};
@@ -147,6 +147,11 @@ pub enum SixDofVerdict {
         /// Errors of the fitted vehicle over the initial one's, geometric mean over the signals.
         ratio: f64,
     },
+    /// It predicts no better than if the velocity stayed the same: the ratio of their errors.
+    NoPrediction {
+        /// Errors of the fitted vehicle over those of constant velocity, geometric mean of velocity, rate and position.
+        ratio: f64,
+    },
     /// It predicts no better than a linear model per axis: the ratio of their errors.
     LinearAsGood {
         /// Errors of the fitted vehicle over those of the linear model, geometric mean of velocity, rate and position.
@@ -170,7 +175,9 @@ impl SixDofVerdict {
     #[must_use]
     pub const fn standing(&self) -> Standing {
         match self {
-            Self::Contradictory | Self::Worse { .. } => Standing::NotUsable,
+            Self::Contradictory | Self::Worse { .. } | Self::NoPrediction { .. } => {
+                Standing::NotUsable
+            }
             Self::NotValidated => Standing::NotValidated,
             Self::NotDetermined { .. } | Self::LinearAsGood { .. } => Standing::UsableWithCare,
             Self::Good => Standing::Good,
@@ -187,6 +194,11 @@ impl fmt::Display for SixDofVerdict {
             Self::Worse { ratio } => write!(
                 f,
                 "not usable: the errors on the held-out data are {ratio:.2} times those of the initial vehicle"
+            ),
+            Self::NoPrediction { ratio } => write!(
+                f,
+                "not usable: it predicts the held-out data worse than if the velocity stayed the \
+                 same (errors {ratio:.2} times as large); do the signs of inputs and motion agree?"
             ),
             Self::LinearAsGood { ratio } => write!(
                 f,
@@ -232,6 +244,7 @@ impl SixDofResult {
             Some(at.of(Predictor::Fitted)?.over(&at.of(other)?))
         };
         let over_like = over(Predictor::Like).unwrap_or(ratio);
+        let over_constant = over(Predictor::ConstantVelocity).filter(|it| is_large && *it > 1.0);
         let over_linear = over(Predictor::LinearPerAxis).filter(|it| is_large && *it > 1.0);
         match (
             is_seen && ratio > WORSE && over_like > WORSE,
@@ -240,6 +253,9 @@ impl SixDofResult {
         ) {
             (true, ..) => SixDofVerdict::Worse {
                 ratio: ratio.max(over_like),
+            },
+            _ if over_constant.is_some() => SixDofVerdict::NoPrediction {
+                ratio: over_constant.unwrap_or(1.0),
             },
             (_, Some(ratio), _) => SixDofVerdict::LinearAsGood { ratio },
             (.., 0) => SixDofVerdict::Good,
@@ -318,8 +334,12 @@ pub fn fit_six_dof(
     let found = problem.weighed(&all, &short);
     let found = found.and_then(|it| Some((problem.covariance(&all, &it)?, it)));
     progress.end();
+    let contradictions = kinematics::contradictions(&data.runs, &channels);
     let ((covariance, information), theta) =
-        found.ok_or_else(|| SixDofError::Diverges(options.like.clone()))?;
+        found.ok_or_else(|| match contradictions.is_empty() {
+            true => SixDofError::Diverges(options.like.clone()),
+            false => SixDofError::Contradictory(contradictions.clone()),
+        })?;
     let globals = &theta.as_slice()[..problem.globals()];
     let (numbers, current, biases, mut delays) = estimated(&problem, globals, &covariance);
     if delays.len() == inputs {
@@ -351,7 +371,7 @@ pub fn fit_six_dof(
         seconds: all.iter().map(Window::duration).sum(),
         windows: all.len(),
         samples,
-        contradictions: kinematics::contradictions(&data.runs, &channels),
+        contradictions,
         agreements: kinematics::agreements(&data.runs, &channels),
         saturated: kinematics::saturated(&data.runs, &vehicle.parts().inputs),
         ranges: ranges(&data.runs, &channels),
@@ -416,11 +436,7 @@ fn judged(
         };
     }
     let resets = kinematics::resets(validation, cutter.channels);
-    let of = Cutter {
-        runs: validation,
-        resets: &resets,
-        ..*cutter
-    };
+    let of = cutter.of_other_runs(validation, &resets);
     let rest = of.windows(options.horizon, 0.0..1.0);
     let windows = |horizon| of.overlapping(horizon, 0.0..1.0);
     let (predictions, trajectories) =
@@ -545,7 +561,12 @@ fn compared(
     let signals = SIGNALS.iter().zip(fitted.into_iter().zip(like));
     Some(HeldOut {
         seconds: rest.iter().map(Window::duration).sum(),
+        // With the recorded pose at the beginning nothing is left of its first sample.
         signals: signals
+            .skip(match problem.cost {
+                Cost::Velocities => VELOCITIES,
+                Cost::All => 0,
+            })
             .filter_map(|(it, (fitted, like))| Some((it.0, fitted?, like?)))
             .collect(),
     })

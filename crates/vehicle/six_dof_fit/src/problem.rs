@@ -19,7 +19,6 @@ use planesman_parallel::on_all_cores;
 use planesman_vehicle::six_dof::{EditableFile, State, Vehicle, Water, rotation, runge_kutta};
 
 use crate::options::Cost;
-use crate::signals::SIGNALS;
 
 /// Indices of the angles among the signals.
 const ANGLES: Range<usize> = 3..6;
@@ -200,7 +199,7 @@ pub(super) fn apart(channel: usize, a: f64, b: f64) -> f64 {
     a - b - TAU * turns
 }
 
-/// The first of [`SIGNALS`] that is a velocity.
+/// The first of [`SIGNALS`](crate::SIGNALS) that is a velocity.
 pub(super) const VELOCITIES: usize = 6;
 
 /// A window at a point, each sample in units of its noise: the residuals, and their slopes by the globals and the initial state.

@@ -49,6 +49,18 @@ impl<'a> Cutter<'a> {
         }
     }
 
+    /// The same for other runs with the same signals.
+    pub(super) fn of_other_runs<'b>(&self, runs: &'b [Run], resets: &'b [Reset]) -> Cutter<'b>
+    where
+        'a: 'b,
+    {
+        Cutter {
+            runs,
+            resets,
+            ..*self
+        }
+    }
+
     /// The cutter with the longest steps that are exact enough, and its windows; `exact` are those with the shortest steps.
     pub(super) fn with_longer_steps(
         &self,

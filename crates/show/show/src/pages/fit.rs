@@ -360,7 +360,7 @@ pub(crate) fn step<'a>(analysis: &'a Analysis, record: &Record, output_title: &'
     });
     match without_model {
         Err(reason) => plot.note(format!(
-            "Response to a unit step of the input, from rest, without offset. The response computed directly from the data is not shown: {reason}."
+            "Response to a unit step of the input, from rest, without offset. The response from the data alone is not shown: {reason}."
         )),
         Ok(found) => {
             let points = || found.iter();
