@@ -133,6 +133,8 @@ pub struct SixDofResult {
 const WORSE: f64 = 1.05;
 /// Errors within this many times the noise do not count as worse.
 const WITHIN_NOISE: f64 = 1.5;
+/// A prediction that is this many times as wrong as constant velocity is none.
+const NO_BETTER: f64 = 1.1;
 /// Errors below this share of a signal's range are no worse.
 const SMALL: f64 = 1e-3;
 
@@ -244,7 +246,13 @@ impl SixDofResult {
             Some(at.of(Predictor::Fitted)?.over(&at.of(other)?))
         };
         let over_like = over(Predictor::Like).unwrap_or(ratio);
-        let over_constant = over(Predictor::ConstantVelocity).filter(|it| is_large && *it > 1.0);
+        // Over any horizon: over a long one the measured motion may average out.
+        let over_constant = self.predictions.iter().filter_map(|at| {
+            let constant = at.of(Predictor::ConstantVelocity)?;
+            Some(at.of(Predictor::Fitted)?.over(&constant))
+        });
+        let over_constant = over_constant.fold(0.0, f64::max);
+        let over_constant = (is_large && over_constant > NO_BETTER).then_some(over_constant);
         let over_linear = over(Predictor::LinearPerAxis).filter(|it| is_large && *it > 1.0);
         match (
             is_seen && ratio > WORSE && over_like > WORSE,
