@@ -191,7 +191,7 @@ fn changed(fields: &[FieldSurvey]) -> Vec<(String, String)> {
     let mut changes: Vec<(String, Vec<&str>)> = Vec::new();
     for field in fields {
         let told = field.changes.iter().map(ToString::to_string);
-        for told in told.chain(field.mixture.map(|it| it.to_string())) {
+        for told in told.chain(field.mixture.as_ref().map(ToString::to_string)) {
             match changes.iter_mut().find(|it| it.0 == told) {
                 Some((_, names)) => names.push(&field.path),
                 None => changes.push((told, vec![&field.path])),

@@ -92,7 +92,7 @@ pub struct FieldSurvey {
     /// Corrections of the samples when the field is an output of a record, for example for a slow sensor or for angles that wrap.
     pub changes: Vec<Change>,
     /// Evidence that the field mixes two sources.
-    pub mixture: Option<Mixture>,
+    pub mixture: Option<Box<Mixture>>,
 }
 
 impl TopicSurvey {
@@ -215,7 +215,7 @@ impl Field {
             max,
             means: self.means.means(),
             changes,
-            mixture,
+            mixture: mixture.map(Box::new),
         }
     }
 }

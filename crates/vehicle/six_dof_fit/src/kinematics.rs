@@ -11,8 +11,7 @@ use planesman_equations::{Run, Track};
 use planesman_vehicle::six_dof::rotation;
 use serde::Serialize;
 
-use crate::problem::apart;
-use crate::signals::SIGNALS;
+use crate::signals::{SIGNALS, apart};
 
 /// The signals that each pose needs in addition to the velocity; others count as 0 if not recorded.
 const NEEDED: [&[usize]; 6] = [&[6, 5], &[6, 5], &[6, 8, 4], &[9], &[10], &[11]];

@@ -11,7 +11,8 @@ use planesman_parallel::on_all_cores;
 use planesman_vehicle::six_dof::rotation;
 use serde::Serialize;
 
-use crate::problem::{Problem, Step, VELOCITIES, Window, apart};
+use crate::problem::{Problem, Step, VELOCITIES, Window};
+use crate::signals::apart;
 
 /// The horizons, relative to the one that is judged.
 const HORIZONS: [f64; 3] = [0.5, 1.0, 2.0];

@@ -8,7 +8,6 @@
 //! RP-1168 (1986), ch. 5. Slopes are difference quotients of simulations by the classical Runge-Kutta method.
 
 use std::borrow::Cow;
-use std::f64::consts::TAU;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -19,9 +18,8 @@ use planesman_parallel::on_all_cores;
 use planesman_vehicle::six_dof::{EditableFile, State, Vehicle, Water, rotation, runge_kutta};
 
 use crate::options::Cost;
+use crate::signals::apart;
 
-/// Indices of the angles among the signals.
-const ANGLES: Range<usize> = 3..6;
 /// Prior standard deviations of the 12 numbers of an initial state, about the first samples.
 const INITIAL_PRIOR: [f64; 12] = [
     100.0, 100.0, 100.0, 1.0, 1.0, 3.0, 3.0, 3.0, 3.0, 1.0, 1.0, 1.0,
@@ -188,15 +186,6 @@ fn signals(of: &State, biases: &[f64; INITIAL]) -> [f64; INITIAL] {
     let [roll, pitch, yaw] = rotation::euler(of.attitude);
     let of = [x, y, z, roll, pitch, yaw, u, v, w, p, q, r];
     std::array::from_fn(|it| of[it] + biases[it])
-}
-
-/// `a - b` of a signal; for angles the shorter way.
-pub(super) fn apart(channel: usize, a: f64, b: f64) -> f64 {
-    let turns = match ANGLES.contains(&channel) {
-        true => ((a - b) / TAU).round(),
-        false => 0.0,
-    };
-    a - b - TAU * turns
 }
 
 /// The first of [`SIGNALS`](crate::SIGNALS) that is a velocity.

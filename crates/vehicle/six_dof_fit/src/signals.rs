@@ -1,5 +1,8 @@
 //! The signals of a vehicle's motion.
 
+use std::f64::consts::TAU;
+use std::ops::Range;
+
 /// The signals of a vehicle's motion that may be measured: name and unit.
 pub const SIGNALS: [(&str, &str); 12] = [
     ("north", "m"),
@@ -15,3 +18,15 @@ pub const SIGNALS: [(&str, &str); 12] = [
     ("q", "rad/s"),
     ("r", "rad/s"),
 ];
+
+/// Indices of the angles among the signals.
+const ANGLES: Range<usize> = 3..6;
+
+/// `a - b` of a signal; for angles the shorter way.
+pub(crate) fn apart(channel: usize, a: f64, b: f64) -> f64 {
+    let turns = match ANGLES.contains(&channel) {
+        true => ((a - b) / TAU).round(),
+        false => 0.0,
+    };
+    a - b - TAU * turns
+}
