@@ -25,6 +25,7 @@ fuzz_target!(|data: &[u8]| {
             scenario: SCENARIO.clone(),
             summary,
             counts: Default::default(),
+            is_counted: false,
         };
         assert!(page(&[flown]).ends_with("</html>"));
     }

@@ -25,7 +25,7 @@ pub struct Axes {
     pub degrees: bool,
 }
 
-/// The options of [`fit_six_dof`].
+/// The options of [`fit_six_dof`](crate::fit_six_dof).
 #[derive(Clone, Debug)]
 pub struct SixDofOptions {
     /// The recording, with the windows used and the definition of a gap.
