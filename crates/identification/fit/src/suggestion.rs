@@ -254,32 +254,24 @@ pub(crate) fn suggestion<'s>(
         ));
     };
     inputs[..=chosen].rotate_right(1);
+    let names: Vec<&str> = inputs.iter().map(|it| it.1.as_str()).collect();
+    let joint = trial.joint_inputs(&names, &outputs[0].1);
+    // The others keep their order.
+    inputs.sort_by_key(|it| !joint.contains(&it.1));
     let mut options = time(data, has_time);
-    if order.is_none() {
+    // A process model has one input.
+    if order.is_none() && joint.len() == 1 {
         options += " --method process";
     }
     if let Some(from) = trial.from {
         options += &format!(" --window {from}..");
     }
-    let names: Vec<&str> = inputs.iter().map(|it| it.1.as_str()).collect();
-    let joint = trial.joint_inputs(&names, &outputs[0].1);
-    // An option of one input is none of several.
-    let (joint, options) = match joint.len() {
-        1 => (1, options),
-        several => {
-            inputs = reordered(inputs, &joint);
-            (several, time(data, has_time))
-        }
-    };
-    Ok(Some(command(paths, (&inputs, joint), &outputs, &options)))
-}
-
-/// The inputs with these first.
-fn reordered(inputs: Vec<Ranked>, first: &[String]) -> Vec<Ranked> {
-    let (mut all, rest): (Vec<Ranked>, Vec<Ranked>) =
-        inputs.into_iter().partition(|it| first.contains(&it.1));
-    all.extend(rest);
-    all
+    Ok(Some(command(
+        paths,
+        (&inputs, joint.len()),
+        &outputs,
+        &options,
+    )))
 }
 
 /// The command that fits the first output to the first inputs, so many, and the others to choose from.
@@ -404,7 +396,7 @@ impl<'d> Trial<'d> {
     fn joint_inputs(&self, inputs: &[&str], output: &str) -> Vec<String> {
         let (first, others) = inputs.split_first().expect("an input was found");
         let error = |names: &[&str]| {
-            let record = shortened(self.record_of_several(names, output)?);
+            let record = shortened(self.record_for_fit(names, output, Trend::None, true)?);
             let found = several::analyse(&record, 0, &several::Options::default()).ok()?;
             let all_count =
                 (found.inputs.iter()).all(|it| it.model.is_some() && it.own.share > OWN);
@@ -422,13 +414,6 @@ impl<'d> Trial<'d> {
             }
         }
         joint.into_iter().map(str::to_owned).collect()
-    }
-
-    /// The record of an output with several inputs.
-    fn record_of_several(&self, inputs: &[&str], output: &str) -> Option<Record> {
-        let (first, others) = inputs.split_first()?;
-        let others: Vec<String> = others.iter().map(|it| (*it).to_owned()).collect();
-        self.record_with(first, &others, output, Trend::None, true)
     }
 
     /// The outputs that go with an input, those first of which it accounts for most, to a tenth; places in space last, since they integrate
@@ -506,7 +491,7 @@ impl<'d> Trial<'d> {
     /// # Errors
     /// The verdict on the model, if it is not usable, or the reason why there is no model; both in words.
     fn obeyed(&self, input: &str, output: &str) -> Result<(), String> {
-        let record = self.record_for_fit(input, output, Trend::None, true);
+        let record = self.record_for_fit(&[input], output, Trend::None, true);
         let record = record.ok_or("there is no record to fit")?;
         let options = Options {
             curve: CurveChoice::None,
@@ -533,32 +518,22 @@ impl<'d> Trial<'d> {
     }
 
     fn record(&self, input: &str, output: &str, detrend: Trend) -> Option<Record> {
-        self.record_for_fit(input, output, detrend, false)
+        self.record_for_fit(&[input], output, detrend, false)
     }
 
-    /// The record of a pair. If allowed, it is decimated when it is sampled much faster than it moves.
+    /// The record of inputs and an output. If allowed, it is decimated when it is sampled much faster than it moves.
     fn record_for_fit(
         &self,
-        input: &str,
+        inputs: &[&str],
         output: &str,
         detrend: Trend,
         decimate: bool,
     ) -> Option<Record> {
-        self.record_with(input, &[], output, detrend, decimate)
-    }
-
-    fn record_with(
-        &self,
-        input: &str,
-        other_inputs: &[String],
-        output: &str,
-        detrend: Trend,
-        decimate: bool,
-    ) -> Option<Record> {
+        let (input, others) = inputs.split_first()?;
         let mut signals = SignalOptions {
             data: self.data.clone(),
-            input: input.to_owned(),
-            other_inputs: other_inputs.to_vec(),
+            input: (*input).to_owned(),
+            other_inputs: others.iter().map(|it| (*it).to_owned()).collect(),
             output: output.to_owned(),
             ..SignalOptions::default()
         };
