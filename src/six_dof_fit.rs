@@ -26,17 +26,18 @@ pub struct FitArgs {
     /// odometry message does not give it, with a factor and an offset: X=pwm_1*0.1-150; may be repeated
     #[arg(long = "signal", value_name = "NAME=SIGNAL")]
     signals: Vec<String>,
-    /// For the record of a real vehicle: same as --free all --fixed thrust --prior 300 --bias none --cost velocities --horizon 4 --delay automatic,
-    /// where these are not given
+    /// For the record of a real vehicle: same as --prior 300 --bias none --cost velocities --horizon 4 --delay automatic where these are not given,
+    /// and as --free all --fixed thrust without --free
     #[arg(long)]
     real: bool,
     /// Inputs of the vehicle that the recording lacks: assumed to be 0
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     zero: Vec<String>,
-    /// Numbers or groups to keep: Y_uv, linear_damping_26, added_mass, linear_damping, quadratic_damping, coefficients, fins, thrust
+    /// Numbers or groups to keep: Y_uv, linear_damping_26, added_mass, linear_damping, quadratic_damping, coefficients, fins, thrust, thrust_centre
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     fixed: Vec<String>,
-    /// Numbers or groups to fit, all others are kept [default: all but buoyancy and centre_of_gravity (group body)]
+    /// Numbers or groups to fit, all others are kept; all: every number [default: those that are not 0, without the group body: buoyancy,
+    /// centre_of_gravity]
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     free: Vec<String>,
     /// Prior standard deviation of each number, % of its value; choose it large if the vehicle hardly resembles this one
@@ -110,7 +111,10 @@ impl FitArgs {
             signals: self.signals.clone(),
             like: self.like.clone(),
             zero: self.zero.clone(),
-            fixed: [&usual.fixed[..], &self.fixed].concat(),
+            fixed: match self.free.is_empty() {
+                true => [&usual.fixed[..], &self.fixed].concat(),
+                false => self.fixed.clone(),
+            },
             free: given(&self.free, usual.free),
             prior: self.prior.map_or(usual.prior, |it| it / 100.0),
             bound: self.bound / 100.0,
@@ -226,12 +230,7 @@ fn print_record(found: &SixDofResult) -> Result<()> {
         out!("- {more} more jumps: left out")?;
     }
     for it in &found.saturated {
-        out!(
-            "- input {} stays at {} for {:.0} % of the time: what it moves is hardly determined",
-            it.input,
-            significant(it.value, 3),
-            100.0 * it.share
-        )?;
+        out!("- {it}")?;
     }
     Ok(())
 }

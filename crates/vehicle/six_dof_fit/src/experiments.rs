@@ -211,15 +211,8 @@ pub(super) fn experiments(
     let numbers = problem.sought.len();
     let intervals = |information: DMatrix<f64>| -> Option<Vec<f64>> {
         let covariance = information.cholesky()?.inverse();
-        let least = |k: usize| match problem.file.numbers()[problem.sought[k]].value {
-            0.0 => 1.0,
-            _ => 0.0,
-        };
-        let share = |k: usize| {
-            (problem.value(k, globals) / problem.unit(k))
-                .abs()
-                .max(least(k))
-        };
+        let size = |k: usize| problem.value(k, globals).abs().max(problem.least_size(k));
+        let share = |k: usize| size(k) / problem.unit(k).abs();
         let of = |k: usize| SIGMAS_95 * covariance[(k, k)].sqrt() / share(k);
         Some((0..numbers).map(of).collect())
     };

@@ -8,6 +8,7 @@
 use std::fmt;
 
 use planesman_equations::{Run, Track};
+use planesman_linear::digits::significant;
 use planesman_vehicle::six_dof::rotation;
 use serde::Serialize;
 
@@ -130,6 +131,18 @@ pub struct Saturated {
     pub share: f64,
 }
 
+impl fmt::Display for Saturated {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "input {} stays at {} for {:.0} % of the time: what it moves is hardly determined",
+            self.input,
+            significant(self.value, 3),
+            100.0 * self.share
+        )
+    }
+}
+
 /// Ratios in this range, and lags below this time \[s\], need no note.
 const CLOSE: std::ops::Range<f64> = 0.96..1.04;
 const LATE: f64 = 0.12;
@@ -159,7 +172,7 @@ const APART: f64 = 100.0;
 /// The poses of runs that contradict their velocities; `channels` are the signals of their outputs.
 pub(super) fn contradictions(runs: &[Run], channels: &[usize]) -> Vec<Contradiction> {
     let of_pose = |pose: usize| {
-        let states = states_of(runs, channels, pose);
+        let states = states_of(runs, channels, pose, &[]);
         let pairs: Vec<(f64, f64)> = (states.iter())
             .flat_map(|it| it.increments(pose, 0))
             .collect();
@@ -195,14 +208,7 @@ fn reversed(runs: &[Run], channels: &[usize], pose: usize) -> Option<Vec<&'stati
     let pairs = pairs.flat_map(|(k, a)| signals[k + 1..].iter().map(|b| vec![*a, *b]));
     let sets = signals.iter().map(|it| vec![*it]).chain(pairs);
     let found = sets.filter_map(|set| {
-        let mut changed = runs.to_vec();
-        for (place, _) in (channels.iter().enumerate()).filter(|it| set.contains(it.1)) {
-            for run in &mut changed {
-                let values = &mut run.outputs[place].values;
-                values.iter_mut().for_each(|it| *it = -*it);
-            }
-        }
-        let states = states_of(&changed, channels, pose);
+        let states = states_of(runs, channels, pose, &set);
         let pairs = states.iter().flat_map(|it| it.increments(pose, 0));
         let ratio = ratio(&pairs.collect::<Vec<_>>())?;
         let agrees = ratio.explained > SURE && AGREES.contains(&ratio.slope);
@@ -215,7 +221,7 @@ fn reversed(runs: &[Run], channels: &[usize], pose: usize) -> Option<Vec<&'stati
 /// How poses agree with velocities that explain them, each at its best lag.
 pub(super) fn agreements(runs: &[Run], channels: &[usize]) -> Vec<Agreement> {
     let of_pose = |pose: usize| {
-        let states = states_of(runs, channels, pose);
+        let states = states_of(runs, channels, pose, &[]);
         let step = states.first()?.step;
         let most = (LATEST / step) as i64;
         let at = |lag: i64| {
@@ -242,7 +248,7 @@ pub(super) fn resets(runs: &[Run], channels: &[usize]) -> Vec<Reset> {
     for (number, run) in runs.iter().enumerate() {
         let mut found: Vec<Reset> = Vec::new();
         for pose in 0..NEEDED.len() {
-            let Some(states) = States::new(run, channels, pose) else {
+            let Some(states) = States::new(run, channels, pose, &[]) else {
                 continue;
             };
             let pairs = states.states.windows(2).map(|it| {
@@ -352,15 +358,15 @@ struct States {
     steep: Vec<bool>,
 }
 
-fn states_of(runs: &[Run], channels: &[usize], pose: usize) -> Vec<States> {
-    let each = runs
-        .iter()
-        .filter_map(|run| States::new(run, channels, pose));
+/// The states of a pose in each run that has it, with the signs of some velocities reversed.
+fn states_of(runs: &[Run], channels: &[usize], pose: usize, reversed: &[usize]) -> Vec<States> {
+    let each = runs.iter();
+    let each = each.filter_map(|run| States::new(run, channels, pose, reversed));
     each.collect()
 }
 
 impl States {
-    fn new(run: &Run, channels: &[usize], pose: usize) -> Option<Self> {
+    fn new(run: &Run, channels: &[usize], pose: usize, reversed: &[usize]) -> Option<Self> {
         let track = |signal: usize| {
             let place = channels.iter().position(|it| *it == signal)?;
             Some(&run.outputs[place])
@@ -379,7 +385,14 @@ impl States {
         let mut steep = Vec::new();
         let states = (0..=steps).map(|k| {
             let time = from + k as f64 * step;
-            let at = |signal: usize| tracks[signal].map_or(0.0, |it| between(it, time, signal));
+            let at = |signal: usize| {
+                let value = tracks[signal].map_or(0.0, |it| between(it, time, signal));
+                if reversed.contains(&signal) {
+                    -value
+                } else {
+                    value
+                }
+            };
             steep.push(at(4).abs() > STEEP);
             let [roll, pitch, yaw] = [3, 4, 5].map(at);
             let ([sin, cos], [p, q, r]) = ([libm::sin(roll), libm::cos(roll)], [9, 10, 11].map(at));

@@ -133,7 +133,7 @@ pub struct SixDofResult {
 const WORSE: f64 = 1.05;
 /// Errors within this many times the noise do not count as worse.
 const WITHIN_NOISE: f64 = 1.5;
-/// A prediction that is this many times as wrong as constant velocity is none.
+/// Predictions with errors this many times those of constant velocity, or of the initial vehicle, are not usable.
 const NO_BETTER: f64 = 1.1;
 /// Errors below this share of a signal's range are no worse.
 const SMALL: f64 = 1e-3;
@@ -144,12 +144,12 @@ const SMALL: f64 = 1e-3;
 pub enum SixDofVerdict {
     /// The recording contradicts itself.
     Contradictory,
-    /// The fitted vehicle predicts held-out data no better than the initial vehicle: the ratio of their errors.
+    /// The fitted vehicle predicts or simulates held-out data worse than the initial vehicle: the ratio of their errors.
     Worse {
         /// Errors of the fitted vehicle over the initial one's, geometric mean over the signals.
         ratio: f64,
     },
-    /// It predicts no better than if the velocity stayed the same: the ratio of their errors.
+    /// It predicts worse than if the velocity stayed the same: the ratio of their errors.
     NoPrediction {
         /// Errors of the fitted vehicle over those of constant velocity, geometric mean of velocity, rate and position.
         ratio: f64,
@@ -217,6 +217,12 @@ impl fmt::Display for SixDofVerdict {
     }
 }
 
+/// The largest ratio of the fitted vehicle's errors to those of another model; 0 without predictions by both.
+fn largest_ratio<'p>(of: impl Iterator<Item = &'p Prediction>, other: Predictor) -> f64 {
+    let ratio = |at: &Prediction| Some(at.of(Predictor::Fitted)?.over(&at.of(other)?));
+    of.filter_map(ratio).fold(0.0, f64::max)
+}
+
 impl SixDofResult {
     /// The verdict on the vehicle.
     #[must_use]
@@ -240,34 +246,24 @@ impl SixDofResult {
         });
         let ratios = held.signals.iter().map(|it| libm::log(it.1 / it.2));
         let ratio = libm::exp(ratios.sum::<f64>() / held.signals.len().max(1) as f64);
-        let count = self.undetermined.len();
-        let over = |other: Predictor| {
-            let at = self.predictions.iter().find(|it| it.is_judged)?;
-            Some(at.of(Predictor::Fitted)?.over(&at.of(other)?))
-        };
-        let over_like = over(Predictor::Like).unwrap_or(ratio);
+        let judged = self.predictions.iter().filter(|it| it.is_judged);
+        let over_like = largest_ratio(judged.clone(), Predictor::Like);
+        if (is_seen && ratio > WORSE) || (is_large && over_like > NO_BETTER) {
+            let ratio = over_like.max(if is_seen { ratio } else { 0.0 });
+            return SixDofVerdict::Worse { ratio };
+        }
         // Over any horizon: over a long one the measured motion may average out.
-        let over_constant = self.predictions.iter().filter_map(|at| {
-            let constant = at.of(Predictor::ConstantVelocity)?;
-            Some(at.of(Predictor::Fitted)?.over(&constant))
-        });
-        let over_constant = over_constant.fold(0.0, f64::max);
-        let over_constant = (is_large && over_constant > NO_BETTER).then_some(over_constant);
-        let over_linear = over(Predictor::LinearPerAxis).filter(|it| is_large && *it > 1.0);
-        match (
-            is_seen && ratio > WORSE && over_like > WORSE,
-            over_linear,
-            count,
-        ) {
-            (true, ..) => SixDofVerdict::Worse {
-                ratio: ratio.max(over_like),
-            },
-            _ if over_constant.is_some() => SixDofVerdict::NoPrediction {
-                ratio: over_constant.unwrap_or(1.0),
-            },
-            (_, Some(ratio), _) => SixDofVerdict::LinearAsGood { ratio },
-            (.., 0) => SixDofVerdict::Good,
-            _ => SixDofVerdict::NotDetermined {
+        let ratio = largest_ratio(self.predictions.iter(), Predictor::ConstantVelocity);
+        if is_large && ratio > NO_BETTER {
+            return SixDofVerdict::NoPrediction { ratio };
+        }
+        let ratio = largest_ratio(judged, Predictor::LinearPerAxis);
+        if is_large && ratio > 1.0 {
+            return SixDofVerdict::LinearAsGood { ratio };
+        }
+        match self.undetermined.len() {
+            0 => SixDofVerdict::Good,
+            count => SixDofVerdict::NotDetermined {
                 count,
                 of: self.numbers.len(),
             },
@@ -476,8 +472,8 @@ fn estimated(problem: &Problem<'_>, globals: &[f64], covariance: &DMatrix<f64>) 
             value,
             interval: SIGMAS_95 * deviation(covariance, k) * unit.abs(),
             like,
-            size: match k < problem.sought.len() && like == 0.0 {
-                true => unit.abs(),
+            size: match k < problem.sought.len() {
+                true => problem.least_size(k),
                 false => 0.0,
             },
         }

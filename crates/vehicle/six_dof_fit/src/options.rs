@@ -38,7 +38,7 @@ pub struct SixDofOptions {
     pub zero: Vec<String>,
     /// Numbers or groups that are not changed.
     pub fixed: Vec<String>,
-    /// Numbers or groups to estimate; empty for all except `body`.
+    /// Numbers or groups to estimate, or `all`; empty for those that are not 0, without the group `body`.
     pub free: Vec<String>,
     /// The relative prior standard deviation of each number.
     pub prior: f64,

@@ -140,11 +140,8 @@ fn trajectories(windows: &[Window], ways: &[Option<Vec<[f64; 12]>>]) -> Vec<Traj
         let Some(way) = way.as_ref().filter(|_| is_next && kept.len() < KEPT) else {
             continue;
         };
-        let mut times = vec![0.0];
-        for (length, _) in &window.steps {
-            times.push(times[times.len() - 1] + length);
-        }
-        end = (window.from + window.duration(), window.from);
+        let times = window.times();
+        end = (window.from + times[times.len() - 1], window.from);
         kept.push(Trajectory {
             from: window.from,
             samples: (window.samples.iter())
@@ -193,14 +190,7 @@ fn lag(windows: &[(&Window, Vec<Step>)], channel: usize) -> Option<Lag> {
         let mut width = 0;
         for (window, steps) in windows {
             let of = responses(steps, *time_constant);
-            let lengths = steps.iter().map(|it| it.0);
-            let mut time = 0.0;
-            let times: Vec<f64> = (std::iter::once(0.0))
-                .chain(lengths.map(|it| {
-                    time += it;
-                    time
-                }))
-                .collect();
+            let times = window.times();
             width = of[0].len();
             for (k, value) in samples(window, channel) {
                 rows.extend(&of[k]);

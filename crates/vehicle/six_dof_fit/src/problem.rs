@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 use planesman_equations::{Run, Track};
-use planesman_identification::estimators::coloured_covariance;
+use planesman_identification::estimators::{Trial, coloured_covariance, descend};
 use planesman_parallel::on_all_cores;
 use planesman_vehicle::six_dof::{EditableFile, State, Vehicle, Water, rotation, runge_kutta};
 
@@ -37,8 +37,6 @@ const EXACT: f64 = 0.02;
 const DIFFERENCE: f64 = 1e-6;
 /// Maximum number of steps of a search, of trials of a step, and the relative decrease of the error at which it ends.
 const SEARCH: (usize, usize, f64) = (40, 12, 1e-8);
-/// The first damping of a step, relative to the diagonal.
-const DAMPING: f64 = 1e-3;
 /// Prior standard deviation of the inputs' delay \[s\].
 const DELAY_PRIOR: f64 = 0.3;
 /// Residuals beyond this many times the noise count linearly (Huber), if outliers are expected.
@@ -119,6 +117,16 @@ impl Window {
             (*length, inputs)
         };
         Cow::Owned(self.steps.iter().map(step).collect())
+    }
+
+    /// The times before each step and after the last one, from the window's beginning \[s\].
+    pub(super) fn times(&self) -> Vec<f64> {
+        let mut time = 0.0;
+        let ends = self.steps.iter().map(|it| {
+            time += it.0;
+            time
+        });
+        std::iter::once(0.0).chain(ends).collect()
     }
 
     /// A part of a run \[s\]; `channels` are the signals of its outputs. `None` if a signal has no sample.
@@ -315,6 +323,15 @@ impl Problem<'_> {
         match number.value {
             0.0 => number.size,
             value => value,
+        }
+    }
+
+    /// The least size to which the interval of a sought number is compared: that of a number that is 0 in the initial vehicle, else 0.
+    pub(super) fn least_size(&self, k: usize) -> f64 {
+        let number = &self.file.numbers()[self.sought[k]];
+        match number.value {
+            0.0 => number.size,
+            _ => 0.0,
         }
     }
 
@@ -534,41 +551,40 @@ impl Problem<'_> {
         }
     }
 
-    /// Damped Gauss-Newton steps (Levenberg and Marquardt); globals at their least value stay there while the error would decrease beyond it.
+    /// A damped step from a point; globals at their least value stay there while the error would decrease beyond it.
+    fn step_from(
+        &self,
+        theta: &DVector<f64>,
+        here: &Equations,
+        damping: f64,
+    ) -> Option<DVector<f64>> {
+        let numbers = if self.is_known { 0 } else { self.sought.len() };
+        let is_at_bound = |k: &usize| theta[*k] <= self.least(*k) && here.gradient[*k] < 0.0;
+        let stay: Vec<usize> = (0..numbers).filter(is_at_bound).collect();
+        let mut there = theta + here.step(damping, &stay)?;
+        for k in 0..numbers {
+            there[k] = there[k].max(self.least(k));
+        }
+        Some(there)
+    }
+
+    /// Globals and initial states with the smallest error, by damped Gauss-Newton steps.
     fn nearer(&self, windows: &[Window], start: DVector<f64>) -> Option<DVector<f64>> {
         let (steps, trials, enough) = SEARCH;
-        let (mut theta, mut damping) = (start, DAMPING);
-        for _ in 0..steps {
-            let here = self.equations(windows, &theta)?;
-            let bounded =
-                (0..self.sought.len()).filter(|k| !self.is_known && self.least(*k).is_finite());
-            let bounded: Vec<usize> = bounded.collect();
-            let is_at_bound = |k: &usize| theta[*k] <= self.least(*k) && here.gradient[*k] < 0.0;
-            let stay: Vec<usize> = bounded.iter().copied().filter(is_at_bound).collect();
-            let lower = (0..trials).find_map(|_| {
-                let there = here.step(damping, &stay).map(|it| {
-                    let mut there = &theta + it;
-                    for k in &bounded {
-                        there[*k] = there[*k].max(self.least(*k));
-                    }
-                    there
-                });
-                let cost = there.as_ref().and_then(|it| self.cost_at(windows, it));
-                match cost.zip(there).filter(|it| it.0 < here.cost) {
-                    Some(found) => Some(found),
-                    None => {
-                        damping *= 10.0;
-                        None
-                    }
-                }
-            });
-            let Some((cost, there)) = lower else { break };
-            theta = there;
-            damping = f64::max(0.1 * damping, 1e-12);
-            if here.cost - cost <= enough * here.cost {
-                break;
-            }
-        }
+        let here = self.equations(windows, &start)?;
+        let trial = |theta: &DVector<f64>, here: &Equations, damping| {
+            let lower = || {
+                let there = self.step_from(theta, here, damping)?;
+                // The slopes are computed only where the error is lower.
+                let is_lower = self.cost_at(windows, &there)? < here.cost;
+                let found = is_lower.then(|| self.equations(windows, &there))??;
+                Some(Trial::Lower(there, found))
+            };
+            Ok(lower().unwrap_or(Trial::NotLower))
+        };
+        let settled =
+            |here: &Equations, next: &Equations| here.cost - next.cost <= enough * here.cost;
+        let (theta, _) = descend((start, here), (steps, trials), trial, settled).ok()?;
         Some(theta)
     }
 

@@ -22,7 +22,7 @@ const TRIALS: usize = 25;
 const MIN_COST_DECREASE: f64 = 1e-12;
 
 /// Result of a step with one damping.
-pub(crate) enum Trial<P> {
+pub enum Trial<P> {
     /// A lower cost at these parameters.
     Lower(DVector<f64>, P),
     /// No lower cost: more damping is needed.
@@ -36,7 +36,7 @@ pub(crate) enum Trial<P> {
 ///
 /// # Errors
 /// Errors of a trial.
-pub(crate) fn descend<P>(
+pub fn descend<P>(
     (mut theta, mut here): (DVector<f64>, P),
     (steps, trials): (usize, usize),
     trial: impl Fn(&DVector<f64>, &P, f64) -> Result<Trial<P>>,

@@ -66,6 +66,7 @@ pub use frequency_domain::{FrequencyDomain, TransferConstraints};
 pub use frequency_fit::{Candidate, FrequencyFit};
 pub use least_squares::LeastSquares;
 pub(crate) use levenberg_marquardt::{Linearised, unit_factor};
+pub use levenberg_marquardt::{Trial, descend};
 pub use method::{Knowledge, Method, Property};
 pub use n4sid::N4sid;
 pub(crate) use normal_equations::{

@@ -17,10 +17,11 @@ const TIME: &str = "time in the parts, one after the other, s";
 #[must_use]
 pub fn page(of: &SixDofResult, recording: &str) -> String {
     let title = format!("{} fitted to {recording}", of.like);
+    let titles = SIGNALS.map(|(name, unit)| format!("{name}, {unit}"));
     // Velocities first, since they are what the vehicle's numbers move.
     let order = (SURGE..SIGNALS.len()).chain(0..SURGE);
     let plots: Vec<Plot<'_>> = order
-        .filter_map(|channel| plot(&of.trajectories, channel))
+        .filter_map(|channel| plot(&of.trajectories, channel, &titles[channel]))
         .collect();
     let said = of.contradictions.iter().map(|it| (it.to_string(), true));
     let differing = of.agreements.iter().filter(|it| !it.is_close());
@@ -29,15 +30,7 @@ pub fn page(of: &SixDofResult, recording: &str) -> String {
         0 => None,
         n => Some((format!("{n} jumps of the pose are left out"), true)),
     };
-    let saturated = of.saturated.iter().map(|it| {
-        let share = 100.0 * it.share;
-        let text = format!(
-            "input {} stays at {} for {share:.0} % of the time",
-            it.input,
-            significant(it.value, 3)
-        );
-        (text, true)
-    });
+    let saturated = of.saturated.iter().map(|it| (it.to_string(), true));
     let body = html! {
         h1 { (title) }
         (cards(&summary(of)))
@@ -137,8 +130,7 @@ fn numbers(of: &SixDofResult) -> Table {
 }
 
 /// A signal in all parts, one after the other; `None` if it is not recorded.
-fn plot(parts: &[Trajectory], channel: usize) -> Option<Plot<'static>> {
-    let (name, unit) = SIGNALS[channel];
+fn plot<'a>(parts: &[Trajectory], channel: usize, title: &'a str) -> Option<Plot<'a>> {
     let (mut measured, mut predicted) = (Vec::new(), Vec::new());
     let mut from = 0.0;
     for part in parts {
@@ -155,8 +147,7 @@ fn plot(parts: &[Trajectory], channel: usize) -> Option<Plot<'static>> {
         from = end + APART;
     }
     measured.iter().any(|it| it.1.is_finite()).then(|| {
-        let axis: &'static str = AXES[channel];
-        Plot::new(format!("{name}, {unit}"), [TIME, axis])
+        Plot::new(title, [TIME, title])
             .line("measured", measured)
             .line(
                 "predicted from the state at the beginning of each part",
@@ -164,19 +155,3 @@ fn plot(parts: &[Trajectory], channel: usize) -> Option<Plot<'static>> {
             )
     })
 }
-
-/// Titles of the signals' axes.
-const AXES: [&str; 12] = [
-    "north, m",
-    "east, m",
-    "depth, m",
-    "roll, rad",
-    "pitch, rad",
-    "yaw, rad",
-    "u, m/s",
-    "v, m/s",
-    "w, m/s",
-    "p, rad/s",
-    "q, rad/s",
-    "r, rad/s",
-];
