@@ -108,11 +108,13 @@ pub fn is_replaceable(folder: &Path, own: &[&str]) -> io::Result<bool> {
     let whole = folder.canonicalize()?;
     let is_around = std::env::current_dir()?.canonicalize()?.starts_with(&whole);
     if plain.file_name().is_none() || is_around {
-        return refused("the folder is the current folder or contains it".to_owned());
+        return refused(
+            "the folder is the current folder or contains the current folder".to_owned(),
+        );
     }
     if let Some(foreign) = first_foreign(folder, Path::new(""), own)? {
         return refused(format!(
-            "the folder contains '{}', which this command did not write; name a new folder",
+            "the folder contains '{}', which this command did not write. Name a new folder",
             foreign.display()
         ));
     }
@@ -184,12 +186,12 @@ fn reason_to_keep(path: &Path, given: usize) -> Option<String> {
         paths.any(|it| identity(&it) == Some(own))
     };
     if std::env::args_os().skip(1).filter(names).count() > given {
-        return Some("the command line names this file twice; name another file".to_owned());
+        return Some("the command line names this file twice. Name another file".to_owned());
     }
     let is_of_bag = path.file_name().is_some_and(|it| it == "metadata.yaml")
         || ending(path).is_some_and(|it| ["mcap", "db3"].contains(&it));
     (is_of_bag && path.with_file_name("metadata.yaml").is_file())
-        .then(|| "the file is part of a recording; name another file".to_owned())
+        .then(|| "the file is part of a recording. Name another file".to_owned())
 }
 
 /// Whether `--overwrite` may replace this file, if it exists. `is_named`: the command line names the file.
@@ -249,7 +251,7 @@ fn output(text: &str, given: usize) -> Result<PathBuf, String> {
         Ok(there) if there.is_dir() => return Err("it is a folder".to_owned()),
         Ok(there) if there.is_file() && !overwrites() => {
             return Err(format!(
-                "the file exists already; name a new file, or add {OVERWRITE}"
+                "the file exists already. Name a new file, or add {OVERWRITE}"
             ));
         }
         Ok(there) if there.is_file() => {

@@ -40,7 +40,7 @@ pub fn run(args: &PlayArgs) -> Result<bool> {
     };
     if out.is_file() && out.extension().is_none_or(|it| it != "mcap") {
         bail!(
-            "'{}' exists already and is not an *.mcap bag; name another file",
+            "'{}' exists already and is not an *.mcap bag. Name another file",
             out.display()
         );
     }

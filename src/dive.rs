@@ -247,8 +247,7 @@ fn launcher_decides(scenario: &Scenario, extra: &[(&str, &str, Value)]) -> Resul
         let given = scenario.given(node, name);
         if given.is_some_and(|given| decided.is_none_or(|it| it.2 != *given)) {
             bail!(
-                "{node}.{name} is set by the options of `planesman dive` (--sim-time, --factor, --lockstep, --out): remove it \
-                 from the scenario"
+                "{node}.{name} is set by the options of `planesman dive` (--sim-time, --factor, --lockstep, --out). Remove it from the scenario"
             );
         }
     }

@@ -79,7 +79,7 @@ fn middleware(named: Option<String>) -> Result<String> {
             | "rmw_cyclonedds_cpp"),
         ) => Ok(name.to_owned()),
         Some(other) => bail!(
-            "RMW_IMPLEMENTATION='{other}' is not supported, the nodes use DDS: unset it, or set it to rmw_fastrtps_cpp or \
+            "RMW_IMPLEMENTATION='{other}' is not supported, because the nodes use DDS. Unset it, or set it to rmw_fastrtps_cpp or \
              rmw_cyclonedds_cpp"
         ),
     }
@@ -102,7 +102,7 @@ fn multicast(local: bool) -> Result<String> {
     };
     arrived().with_context(|| {
         format!(
-            "no datagram sent to {GROUP} came back on {name}: allow multicast there (ip link set DEVICE multicast on, \
+            "no datagram sent to {GROUP} came back on {name}. Allow multicast there (ip link set DEVICE multicast on, \
              a route for 224.0.0.0/4, the firewall)"
         )
     })?;

@@ -98,7 +98,7 @@ impl ReviewArgs {
         }
         if signals.input.len() != 1 || signals.output.len() != 1 {
             return Err(anyhow!(
-                "review needs a controller with one input and one output: name one --input and one --output (planesman sysid topics lists the signals)"
+                "review needs a controller with one input and one output. Name one --input and one --output (planesman sysid topics lists the signals)"
             ));
         }
         let mut options = FitOptions {

@@ -61,13 +61,13 @@ impl RunFolder {
         );
         if path.exists() && !is_replaceable(&path, &OWN)? {
             bail!(
-                "'{}' exists already: name a new folder, or replace an earlier flight's folder with --overwrite",
+                "'{}' exists already. Name a new folder, or replace an earlier flight's folder with --overwrite",
                 path.display()
             );
         }
         if path.to_str().is_none() {
             bail!(
-                "the name '{}' is not UTF-8 text; name another folder",
+                "the name '{}' is not UTF-8 text. Name another folder",
                 path.display()
             );
         }

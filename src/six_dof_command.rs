@@ -411,7 +411,7 @@ fn fly(args: &FlyArgs) -> Result<()> {
         planesman_text::write_text(path, text).with_context(|| format!("{}", path.display()))?;
     }
     let Some((time, last)) = states.last() else {
-        bail!("the duration is zero: choose a longer --duration");
+        bail!("the duration is zero. Choose a longer --duration");
     };
     let [north, east, down] = last.position;
     let [roll, pitch, yaw] = rotation::euler(last.attitude).map(f64::to_degrees);
@@ -501,7 +501,7 @@ fn turn(args: &TurnArgs) -> Result<()> {
     };
     let inputs = match &schedule[..] {
         [(_, inputs)] => inputs,
-        _ => bail!("the inputs of a steady turn are constant: leave out @SECONDS"),
+        _ => bail!("the inputs of a steady turn are constant. Leave out @SECONDS"),
     };
     let start = Turn {
         velocity: [args.speed, 0.0, 0.0],
@@ -513,7 +513,7 @@ fn turn(args: &TurnArgs) -> Result<()> {
     let turns = steady_turns(&vehicle, inputs, holding, start);
     let of = match turns.len() {
         0 => bail!(
-            "no steady turn was found from the start {} m/s, {} rad/s or from the 36 default starts: choose another start with --speed and --yaw-rate",
+            "no steady turn was found from the start {} m/s, {} rad/s or from the 36 default starts. Choose another start with --speed and --yaw-rate",
             args.speed,
             args.yaw_rate
         ),

@@ -213,7 +213,7 @@ def _define(folder: Path, fits: _Fits, parts: int) -> None:
     if not path.exists():
         _parts.put(path, lambda file: file.write(written.encode()))
     elif path.read_text() != written:
-        raise _native.PlanesmanError(f"'{folder}' contains other fits; name a new folder")
+        raise _native.PlanesmanError(f"'{folder}' contains other fits. Name a new folder")
 
 
 @dataclass(frozen=True)

@@ -162,7 +162,9 @@ impl Loop {
         work: impl FnOnce(&mut (Composed, Option<McapSink>)) -> planesman_flight::Result<T>,
     ) -> PyResult<T> {
         let mut inner = self.inner.try_lock().map_err(|_| {
-            PlanesmanError::new_err("the loop is running a step; its controller cannot step it")
+            PlanesmanError::new_err(
+                "the controller cannot step the loop, because the loop is already running a step",
+            )
         })?;
         work(&mut inner).map_err(|error| {
             let own = self

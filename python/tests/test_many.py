@@ -115,7 +115,7 @@ def test_what_is_refused_is_refused_before_the_first_flight(tmp_path: Path) -> N
     for vary, options, sentence in [
         ({"depth_controller.depht.p": [1.0]}, {}, "did you mean 'depth.p'"),
         ({"depth_controller.depth.p": [1.0, -1.0]}, {}, "must lie in"),
-        ({"depth_controller.depth.p": "0..1"}, {}, "needs a number of samples: give samples=N"),
+        ({"depth_controller.depth.p": "0..1"}, {}, "needs a number of samples. Give samples=N"),
         ({"dha_actuator.logic.mode": ["single_speed", "two_speed"]}, {}, "1 of 2 combinations"),
         (one, {"out": tmp_path / "one", "seeds": 2}, "another sweep"),
         (one, {"out": tmp_path / "one", "parts": 2}, "this sweep in 3 parts"),

@@ -186,7 +186,7 @@ impl PlannedOutput {
             }
             if Instant::now() > deadline {
                 bail!(
-                    "topic '{name}' is neither in the bag nor published by a node; is the node in this domain and namespace? (planesman doctor)"
+                    "topic '{name}' is neither in the bag nor published by a node. Is the node in this domain and namespace? (planesman doctor)"
                 );
             }
             match rt.next(Duration::from_millis(20)) {

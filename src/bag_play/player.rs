@@ -205,7 +205,7 @@ impl Player {
             let read = inputs.count();
             let others = answers.map_or(0, |it| it.peers);
             if others > 1 {
-                bail!("{others} nodes publish '{answer}': stop the others");
+                bail!("{others} nodes publish '{answer}', but only one may. Stop the others");
             }
             let is_there = others == 1 && read > 0;
             settled = settled
@@ -216,7 +216,7 @@ impl Player {
             }
             if Instant::now() > deadline {
                 bail!(
-                    "no node publishes '{answer}' and also subscribes to the played topics; is the node in this domain and namespace? (planesman doctor)"
+                    "no node publishes '{answer}' and also subscribes to the played topics. Is the node in this domain and namespace? (planesman doctor)"
                 );
             }
             match self.rt.next(Duration::from_millis(20)) {

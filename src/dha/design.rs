@@ -146,7 +146,7 @@ pub fn run(args: &DesignArgs) -> Result<()> {
     let designs = designs(&circuit, &codings, &counts, &laws);
     if designs.len() > MOST {
         bail!(
-            "{} designs exceed the limit of {MOST}: choose fewer codings, valves or controllers",
+            "{} designs exceed the limit of {MOST}. Choose fewer codings, valves or controllers",
             designs.len()
         );
     }

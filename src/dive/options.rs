@@ -48,8 +48,7 @@ pub struct Options {
 pub(super) fn yield_to_other_dive(claim: &Claim, options: &Options) -> Result<()> {
     if let Some(holder) = claim.holder() {
         bail!(
-            "another dive, {holder}, runs in namespace {}: wait until it ends, or choose another ROS_DOMAIN_ID or \
-             --namespace",
+            "another dive, {holder}, runs in namespace {}. Wait until it ends, or choose another ROS_DOMAIN_ID or --namespace",
             options.namespace
         );
     }

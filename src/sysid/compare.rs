@@ -63,7 +63,9 @@ impl TryFrom<&CompareArgs> for CompareOptions {
         let read = |path: PathBuf| Ok((path.clone(), ModelFile::read(&path)?));
         let models: Vec<_> = paths.into_iter().map(read).collect::<Result<_>>()?;
         if data.is_empty() && !models.is_empty() {
-            bail!("data is missing: name a bag, a .csv file or a PX4 log after the model files");
+            bail!(
+                "the data is missing. Name a bag, a .csv file or a PX4 log after the model files"
+            );
         }
         Ok(Self {
             models,
@@ -125,7 +127,7 @@ fn several(args: &CompareArgs) -> Result<Vec<(PathBuf, SeveralModelFile)>> {
     }
     if let (Some(single), Some((path, _))) = (single, models.first()) {
         bail!(
-            "{} has several inputs or outputs, but {} has one input and one output: compare them separately",
+            "{} has several inputs or outputs, but {} has one input and one output. Compare them separately",
             path.display(),
             single.display()
         );
@@ -147,7 +149,7 @@ fn run_several(args: &CompareArgs, models: &[(PathBuf, SeveralModelFile)]) -> Re
     let data = args.data.data.iter().filter(|it| !is_model(it));
     let data: Vec<PathBuf> = data.cloned().collect();
     if data.is_empty() {
-        bail!("data is missing: name a bag, a .csv file or a PX4 log after the model files");
+        bail!("the data is missing. Name a bag, a .csv file or a PX4 log after the model files");
     }
     let options = CompareOptions {
         models: Vec::new(),

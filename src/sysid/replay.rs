@@ -87,7 +87,7 @@ impl ReplayArgs {
         let signals = self.signals(data, self.rate.or(rate))?;
         if !parameters.pairs.is_empty() {
             bail!(
-                "the parameter pairs works only for bags: name the input and output of a table or log with -i and -o"
+                "the parameter 'pairs' works only for bags. Name the input and output of a table or log with -i and -o"
             );
         }
         let record = signals.read(&*self.data.progress())?;
@@ -107,7 +107,7 @@ impl ReplayArgs {
     fn signals(&self, data: DataOptions, rate: Option<f64>) -> Result<SignalOptions> {
         let named = |signal: &Option<String>, option| {
             (signal.clone()).ok_or_else(|| {
-                anyhow!("{option} is missing: name the signals of a table or log with -i and -o; `planesman sysid topics` lists them")
+                anyhow!("{option} is missing. Name the signals of a table or log with -i and -o; `planesman sysid topics` lists them")
             })
         };
         Ok(SignalOptions {
@@ -221,7 +221,9 @@ pub fn run(args: &ReplayArgs) -> Result<()> {
         ))?;
     }
     if let Some((count, first)) = found.refused {
-        print_wrapped(format!("{count} messages refused, the first: {first}\n"))?;
+        print_wrapped(format!(
+            "{count} messages refused. The reason for the first is: {first}\n"
+        ))?;
     }
     if let Some(reason) = found.incomplete {
         print_wrapped(format!("the bag is {reason}\n"))?;

@@ -100,12 +100,12 @@ impl TuneArgs {
         }
         if input.len() > 1 || output.len() > 1 {
             bail!(
-                "tune needs a controller with one input and one output: name one --input and one --output"
+                "tune needs a controller with one input and one output. Name one --input and one --output"
             );
         }
         if input.is_empty() || output.is_empty() {
             bail!(
-                "to identify a model from data, name its signals with --input and --output (planesman sysid topics {} lists them). A model file has the ending .yaml or .json",
+                "to identify a model from data, name the signals with --input and --output (planesman sysid topics {} lists them). A model file has the ending .yaml or .json",
                 data.first()
                     .map_or_else(String::new, |it| it.display().to_string())
             );

@@ -90,7 +90,10 @@ impl Machine {
         let told = "also flies in namespace /auv";
         assert!(outcome.stdout.contains(told), "{outcome:#?}");
         let log = fs::read_to_string(self.out.join("log/plant_sim.log")).unwrap();
-        assert!(log.contains("another node publishes here too"), "{log}");
+        assert!(
+            log.contains("another node publishes on this topic too"),
+            "{log}"
+        );
 
         let flight = evidence::whole_flight(&self.out.join("bag"));
         let ticks = match pace {

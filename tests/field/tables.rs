@@ -221,7 +221,7 @@ fn names_that_do_not_go_with_the_rows_are_refused_or_told_apart() {
         "t,u,y,u\n{}",
         rows(|_, t, u, y| format!("{t:.2},0.1,{y:.5},{u}"))
     );
-    of(folder.path(), "twice.csv", &twice, &[]).refused(&["'u' may be 'u [c2]' or 'u [c4]'"]);
+    of(folder.path(), "twice.csv", &twice, &[]).refused(&["'u' may mean 'u [c2]' or 'u [c4]'"]);
     of(
         folder.path(),
         "twice.csv",
@@ -233,7 +233,7 @@ fn names_that_do_not_go_with_the_rows_are_refused_or_told_apart() {
         "t,u,y [deg],y [rad]\n{}",
         rows(|_, t, u, y| format!("{t:.2},{u},{:.5},{y:.5}", 57.3 * y))
     );
-    of(folder.path(), "units.csv", &units, &[]).refused(&["'y' may be 'y [deg]' or 'y [rad]'"]);
+    of(folder.path(), "units.csv", &units, &[]).refused(&["'y' may mean 'y [deg]' or 'y [rad]'"]);
     of(
         folder.path(),
         "units.csv",
@@ -736,7 +736,7 @@ fn where_each_row_says_what_its_number_is_of_that_is_a_signal() {
         let value = header.rsplit(sign).next().unwrap();
         let value = if value.is_empty() { "c3" } else { value };
         fit(folder.path(), &["long.csv", "-i", "u", "-o", value])
-            .refused(&["several signals have the name", "choose one of u, y"]);
+            .refused(&["several signals have the name", "Choose one of u, y"]);
         fit(folder.path(), &["long.csv", "-i", "u", "-o", "yy"])
             .refused(&["no signal 'yy'", "did you mean 'y'?"]);
     }

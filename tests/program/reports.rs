@@ -195,7 +195,7 @@ fn a_topic_of_another_type_is_named_and_the_rest_is_reported() {
     });
     let summary = rewritten.summary();
     assert_same_flight(&summary, &plain().summary());
-    let expected = "/auv/plane_command: 600 messages skipped; the first because its type is std_msgs/msg/String";
+    let expected = "/auv/plane_command: 600 messages skipped. The reason for the first is: its type is std_msgs/msg/String";
     assert!(summary.notes[0].starts_with(expected), "{summary:?}");
     rewritten.report();
 }

@@ -110,7 +110,7 @@ fn what_cannot_be_flown_is_refused_in_one_line() {
         ),
         (
             &["turn", "lauv", "--input", "rudder=5deg@3"],
-            "leave out @SECONDS",
+            "Leave out @SECONDS",
         ),
         (&["turn", "lauv"], "no steady turn"),
     ] {

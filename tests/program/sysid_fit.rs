@@ -205,7 +205,7 @@ fn options_that_do_not_go_together_are_refused() {
     for (more, reason) in [
         (
             "--method vehicle --order 3",
-            "follow from the vehicle's equations",
+            "takes order, delay and zeros from the vehicle's equations",
         ),
         (
             "--order 2 --heave 1,2,3,4",

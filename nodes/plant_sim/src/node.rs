@@ -609,7 +609,7 @@ impl Node {
         let topic = self.publishers.state.topic();
         if let Some(holder) = self.claim.holder() {
             bail!(
-                "{holder} already publishes {topic}: stop that node, or choose another namespace or ROS_DOMAIN_ID"
+                "{holder} already publishes {topic}. Stop that node, or choose another namespace or ROS_DOMAIN_ID"
             );
         }
         let Some(since) = self.listening else {
@@ -622,7 +622,7 @@ impl Node {
             }
         } else if since.elapsed() >= LEAVING && self.claim.rival().is_none() {
             bail!(
-                "{topic} has a publisher already: stop that node, or choose another namespace or ROS_DOMAIN_ID"
+                "{topic} has a publisher already. Stop that node, or choose another namespace or ROS_DOMAIN_ID"
             );
         }
         Ok(())
@@ -711,8 +711,7 @@ impl Node {
         let by_the_machine = matches!(self.pace, Pace::Clock) && !rt.is_time_simulated();
         if by_the_machine && rt.now().sec == i32::MAX {
             bail!(
-                "this machine's clock has reached 2038-01-19 03:14:07 UTC, the end of ROS 2 stamps: use simulated time (time: \
-                 lockstep, or sim_time)"
+                "this machine's clock has reached 2038-01-19 03:14:07 UTC, the end of ROS 2 stamps. Use simulated time (time: lockstep, or sim_time)"
             );
         }
         self.begin_tick(rt)?;

@@ -264,7 +264,7 @@ impl Node {
         }
         if self.answer.is_some() && self.state.is_none() {
             bail!(
-                "parameter 'answer': the recorder answers a tick once it has recorded the message of the topic 'state', which is not selected; add 'state' to the selection"
+                "parameter 'answer': the recorder answers a tick once it has recorded the message of the topic 'state', which is not selected. Add 'state' to the selection"
             );
         }
         Ok(())
@@ -549,7 +549,7 @@ impl Node {
             Err(error) => {
                 if self.unfit == 0 {
                     log::warn!(
-                        "message not recorded: {error}; further such messages are only counted"
+                        "message not recorded: {error}. Further such messages are only counted"
                     );
                 }
                 self.unfit += 1;

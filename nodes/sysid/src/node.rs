@@ -246,7 +246,7 @@ impl Node {
         if trouble.is_some() && trouble != topic.trouble {
             let reason = trouble.as_deref().unwrap_or_default();
             log::warn!(
-                "{}: {reason}; further such messages are only counted",
+                "{}: {reason}. Further such messages are only counted",
                 sample.topic
             );
         }

@@ -207,7 +207,7 @@ fn explained(mut reason: String, text: &str) -> String {
     match text.lines().position(is_indented_by_tab) {
         Some(line) if reason.contains("cannot start any token") => {
             format!(
-                "line {} is indented by a tab; YAML allows only spaces",
+                "line {} is indented with a tab, but YAML allows only spaces",
                 line + 1
             )
         }
@@ -347,7 +347,10 @@ mod tests {
         assert_eq!(missing.to_string(), "missing field `name`");
         assert!(std::error::Error::source(&missing).is_none());
         let tab = refusal("a:\n\tb: 1\n");
-        assert_eq!(tab, "line 2 is indented by a tab; YAML allows only spaces");
+        assert_eq!(
+            tab,
+            "line 2 is indented with a tab, but YAML allows only spaces"
+        );
     }
 
     #[test]

@@ -39,7 +39,7 @@ impl fmt::Display for Undetermined {
         if let [name] = &self.names[..] {
             return write!(
                 f,
-                "{name} changes no output: fix its value (fixed: VALUE), or record data in which it has an effect"
+                "{name} changes no output. Fix its value (fixed: VALUE), or record data in which it has an effect"
             );
         }
         let kept = self.kept.iter().map(|(name, value, deviation)| {
@@ -51,7 +51,7 @@ impl fmt::Display for Undetermined {
         };
         write!(
             f,
-            "{names} are not determined separately by the data, only {kept}: fix one of them (fixed: VALUE)"
+            "the data does not determine {names} separately, only {kept}. Fix one of them (fixed: VALUE)"
         )
     }
 }

@@ -24,7 +24,7 @@ pub enum EquationsError {
     },
     /// The model is not finite at the start of the search.
     #[error(
-        "{entry} is not finite {when}, with {at}: give another start value, or use min to avoid a division by 0"
+        "{entry} is not finite {when}, with {at}. Give another start value, or use min to avoid a division by 0"
     )]
     NotFinite {
         /// The equation.
@@ -38,9 +38,9 @@ pub enum EquationsError {
     #[error(
         "the simulation ends at t = {time:.6} s, with {at}: {}",
         if *.stiff {
-            "a state changes within 1/10000 of a sampling interval. The equations are stiff, or a state grows without bound: give start values with longer time constants (and a min that keeps them long), or replace the fast state by its steady value"
+            "a state changes within 1/10000 of a sampling interval. The equations are stiff, or a state grows without bound. Give start values with longer time constants (and a min that keeps them long), or replace the fast state by its steady-state value"
         } else {
-            "a state or an output is no longer finite: give another start value, or use min to avoid a division by 0"
+            "a state or an output is no longer finite. Give another start value, or use min to avoid a division by 0"
         }
     )]
     Unfinished {
@@ -53,7 +53,7 @@ pub enum EquationsError {
     },
     /// Too little data.
     #[error(
-        "{samples} samples of the outputs cannot determine {sought} parameters and initial states; record more samples, or fix some parameters (fixed: VALUE)"
+        "{samples} samples of the outputs cannot determine {sought} parameters and initial states. Record more samples, or fix some parameters (fixed: VALUE)"
     )]
     TooFew {
         /// Number of samples of all outputs.
@@ -66,11 +66,13 @@ pub enum EquationsError {
     Constant(String),
     /// No parameter has an effect.
     #[error(
-        "no parameter changes any output near the start values: give other start values, or an input with more variation"
+        "no parameter changes any output near the start values. Give other start values, or use an input with more variation"
     )]
     NoEffect,
     /// No parameter is to be estimated.
-    #[error("parameters: all are fixed; give at least one parameter a start value")]
+    #[error(
+        "parameters: all are fixed, so nothing can be estimated. Give at least one parameter a start value"
+    )]
     NothingSought,
     /// The covariance cannot be computed.
     #[error(transparent)]

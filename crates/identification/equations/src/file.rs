@@ -147,7 +147,7 @@ impl EquationsFile {
             let reason = error.to_string();
             // Within braces a comma ends an expression.
             let hint = match reason.contains("unknown field") {
-                true => "; within braces, put an expression with commas in quotes",
+                true => ". Within braces, put an expression with commas in quotes",
                 false => "",
             };
             EquationsError::file(path, format!("{reason}{hint}"))

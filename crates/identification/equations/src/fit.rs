@@ -398,12 +398,12 @@ impl EquationsFit {
         verdict_text(
             self.verdict,
             format!(
-                "keep the parameters: {}; view the page: {}",
+                "write the fitted parameters to a file with {}, and plots of the fit with {}",
                 setting("model", "fitted.yaml"),
                 setting("html", "fit.html")
             ),
             format!(
-                "see on the page where the fit fails: {}; either the equations lack something, or the search ended elsewhere: give parameters min and max, so that several searches begin between them",
+                "look at the plots to see where the fit fails: {}. Either the equations lack something, or the search ended at a wrong minimum. Give the parameters min and max, so that several searches begin between these bounds",
                 setting("html", "fit.html")
             ),
         )
@@ -421,9 +421,9 @@ impl EquationsFit {
         match self.searches {
             (same, begun) if same == begun => {}
             (same, begun) => reasons.push(format!(
-                "{same} of {begun} searches ended at this minimum: one from the start values, one from the start values by growing parts of the data{}",
+                "{same} of {begun} searches ended at this minimum: one began at the start values, one also began there but with growing parts of the data{}",
                 if begun > 2 {
-                    ", the others from points between the bounds"
+                    ", the others began between the bounds"
                 } else {
                     ""
                 }
@@ -440,7 +440,7 @@ impl EquationsFit {
             reasons.push(format!("{}: simulated fit {held} {on}", of.name));
             if let Some(noise) = of.noise.filter(|it| of.left > MORE_THAN_NOISE * it) {
                 reasons.push(format!(
-                    "{}: the residual is {:.1} times the given noise; either the equations lack something, or the noise is larger",
+                    "{}: the residual is {:.1} times the given noise, so either the equations lack something, or the noise is larger",
                     of.name,
                     of.left / noise
                 ));
@@ -451,7 +451,7 @@ impl EquationsFit {
         let at_bound = all.filter(|it| it.is_at_bound);
         reasons.extend(at_bound.map(|it| {
             format!(
-                "{} is at its bound {}: widen the bound, or fix the parameter there",
+                "{} is at its bound {}. Widen the bound, or fix the parameter at this value",
                 it.unknown.name, it.value
             )
         }));
@@ -461,7 +461,7 @@ impl EquationsFit {
                 if of.abs() > CORRELATED {
                     let names = [j, i].map(|it| &self.parameters[it].unknown.name);
                     reasons.push(format!(
-                        "{} and {} can hardly be separated: their correlation is {of:.4}",
+                        "{} and {} can hardly be estimated separately, because their estimates have a correlation of {of:.4}",
                         names[0], names[1]
                     ));
                 }

@@ -139,7 +139,7 @@ fn sums_and_idle_parameters_are_named_too() {
     assert_eq!(told.len(), 2, "{told:?}");
     assert!(told[0].starts_with("d changes no output"), "{told:?}");
     assert!(
-        told[1].starts_with("a, c are not determined separately by the data, only a + c = 1.3"),
+        told[1].starts_with("the data does not determine a, c separately, only a + c = 1.3"),
         "{told:?}"
     );
 }

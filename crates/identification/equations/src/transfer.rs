@@ -115,8 +115,7 @@ impl TransferFit {
     pub fn verdict_text(&self) -> String {
         if self.verdict == Verdict::ParametersUndetermined {
             return self.verdict.text(format!(
-                "dead time and zeros can replace each other: use fewer coefficients, {}, or no \
-                 dead time: {}",
+                "the data cannot separate dead time and zeros. Use fewer coefficients ({}), or no dead time ({})",
                 setting("numerator", 1),
                 setting("delay", 0)
             ));
@@ -124,13 +123,12 @@ impl TransferFit {
         verdict_text(
             self.verdict,
             format!(
-                "view the page: {}; leave out {} to get a sampled model, which simulator and controller need",
+                "write plots of the fit with {}. Leave out {} to get a sampled model, which simulator and controller need",
                 setting("html", "model.html"),
                 option("continuous")
             ),
             format!(
-                "see on the page where the fit fails: {}; then try another {}, or your own \
-                 equations: {}",
+                "look at the plots to see where the fit fails: {}. Then try another {}, or your own equations: {}",
                 setting("html", "model.html"),
                 option("order"),
                 setting("equations", "FILE")

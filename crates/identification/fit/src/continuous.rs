@@ -79,7 +79,7 @@ pub fn fit_continuous(
         .map_or("none".to_owned(), |it| format!("{it:.1} %"));
     let on = match fit.is_validated {
         true => "on the validation data, with only offset and initial state fitted to them",
-        false => "on the last three tenths, by a model of the first seven",
+        false => "on the last 30 % of the data, by a model of the first 70 %",
     };
     sentences.push(format!("simulated fit {held} {on}"));
     if fit.longest_delay.is_some_and(|most| fit.delay().0 >= most) {

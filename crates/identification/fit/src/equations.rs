@@ -273,7 +273,10 @@ parameters: {a: {start: 1, min: 0.01}, b: {start: 1}}
         assert_eq!(json["continuous"]["den"].as_array().unwrap().len(), 2);
         options.structure.delay = Some(3);
         let refusal = fit_continuous(&options, &()).unwrap_err().to_string();
-        assert!(refusal.contains("delay counts samples"), "{refusal}");
+        assert!(
+            refusal.contains("delay is a number of samples"),
+            "{refusal}"
+        );
     }
 
     #[test]
@@ -318,7 +321,7 @@ parameters: {a: {start: 1, min: 0.01}, b: {start: 1}}
         let refusal = refusal.unwrap_err().to_string();
         assert!(
             refusal.contains(
-                "input volts has no known name: the equations have the inputs u, v; write input NAME=SIGNAL"
+                "input volts does not name an input of the equations. They have the inputs u, v. Write input NAME=SIGNAL"
             ),
             "{refusal}"
         );

@@ -36,11 +36,11 @@ pub enum FitError {
     #[error("{} excludes {}", option(.0), option(.1))]
     Excludes(&'static str, &'static str),
     /// A structure is given, but the method uses the vehicle's equations.
-    #[error("{}: order, delay and zeros follow from the vehicle's equations; leave them out", setting("method", .0.name()))]
+    #[error("{} takes order, delay and zeros from the vehicle's equations. Leave these options out", setting("method", .0.name()))]
     StructureOfVehicle(Method),
     /// A structure is given, but the method uses the form of a process model.
     #[error(
-        "{}: order, delay and integrators follow from its form; choose {}",
+        "{} takes order, delay and integrators from its form. Choose the form with {}",
         setting("method", "process"),
         setting("process", forms())
     )]
@@ -49,11 +49,11 @@ pub enum FitError {
     #[error("{} needs {}; {} uses {} and {}", option("process"), setting("method", "process"), .0.name(), option("order"), option("delay"))]
     NotProcess(Method),
     /// A coherence with another method.
-    #[error("{} needs {}; method {} uses all frequencies", option("coherence"), setting("method", "frf"), .0.name())]
+    #[error("{} needs {}, because method {} uses all frequencies", option("coherence"), setting("method", "frf"), .0.name())]
     NotFrequency(Method),
     /// Separate numerators with the frequency method, which has one response for all segments.
     #[error(
-        "{}: {} computes one response for all segments; fit each segment separately with {}",
+        "{} does not apply to {}, which computes one response for all segments. Fit each segment separately with {}",
         option("own_numerators"),
         setting("method", "frf"),
         option("window")
@@ -69,7 +69,7 @@ pub enum FitError {
     NoVehicle,
     /// A number of numerator coefficients for a model without a denominator.
     #[error(
-        "{} has no denominator: use {} for the number of its coefficients",
+        "{} fits a model without a denominator. Use {} for the number of coefficients",
         setting("method", "fir"),
         option("order")
     )]
@@ -82,11 +82,11 @@ pub enum FitError {
     )]
     Order(usize),
     /// A static gain with a method that cannot fit one.
-    #[error("{} is a static gain, which {} cannot fit: use {} or more, or another method", setting("order", 0), setting("method", .0.name()), setting("order", 1))]
+    #[error("{} is a static gain, which {} cannot fit. Use {} or more, or another method", setting("order", 0), setting("method", .0.name()), setting("order", 1))]
     NoStatic(Method),
     /// A static curve together with options or a method that exclude one.
     #[error(
-        "{} needs one input and a linear model without {}; then {} may be {}",
+        "{} needs one input and a linear model without {}. Allowed values of {}: {}",
         option("curve"),
         option("reference"),
         option("method"),
@@ -106,12 +106,11 @@ pub enum FitError {
     Twice(String),
     /// A method for one input and one output, with several.
     #[error(
-        "{} is for one input and one output; for several use automatic, output_error or \
-         box_jenkins, which choose order and delay of each channel", setting("method", .0)
+        "{} is for one input and one output. For several, use automatic, output_error or box_jenkins: these methods choose order and delay of each channel", setting("method", .0)
     )]
     MethodOfSeveral(&'static str),
     /// An option for one input and one output, with several.
-    #[error("{} is for one input and one output; leave it out, or name one {} and one {}", option(.0), option("input"), option("output"))]
+    #[error("{} is for one input and one output. Leave it out, or name one {} and one {}", option(.0), option("input"), option("output"))]
     OfOne(&'static str),
     /// Several signals, but the fit is for one input and one output.
     #[error("several inputs or outputs are given: use fit_several")]
@@ -124,7 +123,7 @@ pub enum FitError {
     NotOf(&'static str, &'static str),
     /// A continuous-time model, which a model file cannot store.
     #[error(
-        "{} cannot store the continuous-time model of {}: use {}, or leave out {}",
+        "{} cannot store the continuous-time model of {}. Use {}, or leave out {}",
         option("model"),
         option("continuous"),
         option("json"),
@@ -133,16 +132,14 @@ pub enum FitError {
     NoSampledModel,
     /// A delay in samples for a continuous-time model.
     #[error(
-        "{} counts samples, but a transfer function in s has none: use {} for no dead time, or \
-         leave the option out to estimate it",
+        "{} is a number of samples, but a continuous-time model has no samples. Use {} for no dead time, or leave the option out to estimate the dead time",
         option("delay"),
         setting("delay", 0)
     )]
     DelayInSamples,
     /// A signal for an input or output that the equations do not have.
     #[error(
-        "{} has no known name: the equations have the {option}s {}; write {} with one of these \
-         names",
+        "{} does not name an {option} of the equations. They have the {option}s {}. Write {} with one of these names",
         setting(option, given), names.join(", "), setting(option, "NAME=SIGNAL")
     )]
     Binding {
@@ -155,8 +152,7 @@ pub enum FitError {
     },
     /// No time interval of the data has all outputs and inputs.
     #[error(
-        "{}: all outputs and their earlier inputs are never known at the same time. See each \
-         signal's times with planesman sysid topics; a longer {} joins segments", .0, option("max_gap"))]
+        "{}: at no time are all outputs and their earlier inputs known. See each signal's times with planesman sysid topics, or join segments with a longer {}", .0, option("max_gap"))]
     NoStretch(String),
     /// Options of the recursive methods with another method.
     #[error(
@@ -197,7 +193,7 @@ pub enum FitError {
     NoMethod,
     /// A frequency response is requested from another method.
     #[error(
-        "{} needs {}: the response is computed by this method only",
+        "{} needs {}, because only this method computes a frequency response",
         option("response"),
         setting("method", "frf")
     )]
@@ -206,7 +202,7 @@ pub enum FitError {
     #[error("no model file is given; give a *.json or *.yaml file written by sysid fit --model")]
     NoModel,
     /// The models have different signals.
-    #[error("{} has the signal '{}', {} has '{}': choose the data's signal for both with {}",
+    #[error("{} has the signal '{}', but {} has '{}'. Choose one signal of the data for both models with {}",
         first.0.display(), first.1, other.0.display(), other.1, setting(option, "SIGNAL"))]
     Signals {
         /// The option that chooses the signal.
@@ -227,7 +223,7 @@ pub enum FitError {
         source: Box<Self>,
     },
     /// The model cannot be validated on the data.
-    #[error("{} ({} resamples the data to its grid)", model.display(), setting("rate", rate))]
+    #[error("{} cannot be compared with this data ({} resamples the data to the model's interval)", model.display(), setting("rate", rate))]
     Judgement {
         /// The model.
         model: PathBuf,
@@ -286,7 +282,7 @@ pub enum RuleError {
     NoValidation(String),
     /// An input in words that cannot be parsed.
     #[error(
-        "neither a signal of the data nor an input in words ({expected} is expected at character {place}); write VALUE[UNIT] from TIME, for example '12V from 0.1s', '0 to 12V at 0.1s' or '5 from 1s, 0 from 4s'"
+        "neither a signal of the data nor an input in words. In words, {expected} is expected at character {place}. Write VALUE[UNIT] from TIME, for example '12V from 0.1s', '0 to 12V at 0.1s' or '5 from 1s, 0 from 4s'"
     )]
     NotAnInput {
         /// The character, from 1.

@@ -248,8 +248,7 @@ pub(crate) fn suggestion<'s>(
             .refusal
             .map_or_else(String::new, |it| format!(" ({it})"));
         return Err(format!(
-            "no command is proposed: none of the signals with likely names, as the only input, moves an output so that a quick fit finds a usable model{nearest}. \
-             Choose the signals yourself, use several inputs, or choose a {} with an experiment",
+            "no command is proposed, because a quick fit from one input found no usable model between signals with likely names{nearest}. Choose the signals yourself, use several inputs, or choose a {} with an experiment",
             option("window")
         ));
     };

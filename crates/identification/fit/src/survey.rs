@@ -443,7 +443,7 @@ impl TopicScan {
         let note = match (self.note, self.refused) {
             (Some(reason), 0) => Some(reason),
             (Some(reason), refused) => Some(format!(
-                "{refused} of {} messages cannot be read; the first: {reason}",
+                "{refused} of {} messages cannot be read. The reason for the first is: {reason}",
                 self.messages
             )),
             (None, _) => None,

@@ -158,7 +158,7 @@ fn a_blackbox_counts_microseconds_beside_its_loops() {
     let log = Log::new("loops.csv", "loopIteration,u,y\n".to_owned() + &rows(line));
     let refusal = log.fit("u", "y").unwrap_err();
     assert!(
-        refusal.contains("'loopIteration', the first column, counts the rows"),
+        refusal.contains("the first column, 'loopIteration', counts the rows"),
         "{refusal}"
     );
     // A unit in doubt is named with those that give a usual rate.

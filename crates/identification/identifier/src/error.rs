@@ -42,7 +42,7 @@ pub enum Error {
     NoSignal(String, Box<CompileError>),
     /// The signal is a list with a name for each number; topic, field, field of the names.
     #[error(
-        "{topic}: {path} is a list with one number for each '{names}'; choose one number by index or name, for example {path}[0]"
+        "{topic}: {path} is a list with one number for each '{names}'. Choose one number by index or name, for example {path}[0]"
     )]
     List {
         /// The topic.

@@ -316,7 +316,7 @@ impl Config {
         if p.resample && p.answer {
             return Err(refused(
                 "resample",
-                "true refused: a member of lockstep (answer) must use every tick, without resampling"
+                "true refused: a member of lockstep (answer) must use every tick, so it cannot resample"
                     .to_owned(),
             ));
         }

@@ -85,7 +85,7 @@ impl Owner {
             format!("'{}'", shown.escape_debug())
         };
         Err(Error::Message(format!(
-            "{signal}: this message describes {}, but earlier messages describe {}; add the wanted name to the signal",
+            "{signal}: this message describes {}, but earlier messages describe {}. Add the wanted name to the signal",
             listed(names),
             listed(known.iter().map(String::as_str).collect())
         )))

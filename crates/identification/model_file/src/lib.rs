@@ -59,8 +59,7 @@ pub enum Refusal {
     Name,
     /// The text would be too long to be read again.
     #[error(
-        "the file would have {length} bytes, but at most {} can be read: a lower {} shortens a \
-         delay in samples",
+        "the file would have {length} bytes, but at most {} can be read. Use a lower {}, so that the delay has fewer samples",
         planesman_text::LARGEST,
         option("rate")
     )]
@@ -79,7 +78,7 @@ pub enum Refusal {
     Speed,
     /// The speed is needed but missing.
     #[error(
-        "the file lacks the speed of the vehicle: add 'speed', in m/s, or set it when you fit: {}",
+        "the file lacks the speed of the vehicle. Add 'speed', in m/s, or set it when you fit: {}",
         option("speed")
     )]
     NoSpeed,
@@ -112,7 +111,7 @@ pub enum Refusal {
     StateSpace,
     /// The file has a static curve, but a linear model is needed.
     #[error(
-        "the model has a static curve, but a linear model is needed: identify one near one level of the input, {}",
+        "the model has a static curve, but a linear model is needed. Identify a linear model near one level of the input: {}",
         setting("curve", "none")
     )]
     Curve,

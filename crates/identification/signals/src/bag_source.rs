@@ -272,7 +272,7 @@ impl RequestedSignal {
         };
         if found.iter().any(|it| it.name != topic.name) {
             return Err(SourceError::Request(format!(
-                "{signal}: several topics match: {}; write one in full",
+                "{signal}: several topics match: {}. Write the full name of one of them",
                 sorted(found.iter().map(|it| it.name.as_str()))
             )));
         }

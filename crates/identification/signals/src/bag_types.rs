@@ -23,7 +23,7 @@ pub fn types(bag: &BagReader, topic: &Topic) -> Result<Types> {
     }
     if kind.message_encoding != "cdr" {
         return refuse(format!(
-            "messages have the encoding '{}', but only cdr and json can be read; {}",
+            "the messages have the encoding '{}', but only cdr and json can be read. Next: {}",
             kind.message_encoding.escape_default(),
             remedy(bag, topic)
         ));
@@ -35,8 +35,7 @@ pub fn types(bag: &BagReader, topic: &Topic) -> Result<Types> {
     }
     if kind.type_name.is_empty() {
         return refuse(
-            "the file has neither type nor definition for this topic, so its bytes cannot be \
-             read; record it again, or write the channel's schema with the 'mcap' library"
+            "the file has neither type nor definition for this topic, so its bytes cannot be read. Record it again, or write the channel's schema with the 'mcap' library"
                 .to_owned(),
         );
     }

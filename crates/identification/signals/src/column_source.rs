@@ -52,7 +52,7 @@ impl ColumnSource {
                 let names = source.columns.iter().map(|(name, _)| name.as_str());
                 let found = time_unit::column(names).ok_or_else(|| {
                     SourceError::Request(format!(
-                        "no column is the time: no column has the name {}; give the interval between rows (sample_time), or the column's name (time)",
+                        "no column contains the time, because none has the name {}. Give the interval between rows (sample_time), or the column's name (time)",
                         time_unit::NAMES[..4].join(", ")
                     ))
                 })?;

@@ -263,7 +263,7 @@ impl CsvSource {
         match places.get(name) {
             Some((place, None)) => Ok(*place),
             Some((first, Some(second))) => Err(SourceError::Request(format!(
-                "{path}: '{name}' may be '{}' or '{}'; write the name in full",
+                "{path}: '{name}' may mean '{}' or '{}'. Write the full name",
                 columns[*first], columns[*second]
             ))),
             None => Err(SourceError::Request(format!(
@@ -297,7 +297,7 @@ impl CsvSource {
         match self.time {
             Time::Unknown => {
                 return Err(SourceError::Request(format!(
-                    "{path}: no column is the time: no column has the name {}, and the first column does not increase from row to row; give the column with {} ({} or DATE+TIME if date and time have two columns), or the interval between rows with {}, for example {}",
+                    "{path}: no column contains the time: none has the name {}, and the first column does not increase from row to row. Give the column with {} ({} or DATE+TIME if date and time have two columns), or the interval between rows with {}, for example {}",
                     time_unit::NAMES[..4].join(", "),
                     setting("time", "COLUMN"),
                     setting("time", "SECONDS+NANOSECONDS"),
@@ -307,7 +307,7 @@ impl CsvSource {
             }
             Time::Counted => {
                 return Err(SourceError::Request(format!(
-                    "{path}: no column is the time: '{}', the first column, counts the rows; give the interval between rows with {}, for example {}, or the column of the time with {}",
+                    "{path}: no column contains the time: the first column, '{}', counts the rows. Give the interval between rows with {}, for example {}, or the column of the time with {}",
                     columns[0],
                     option("sample_time"),
                     setting("sample_time", "0.1s"),
@@ -316,7 +316,7 @@ impl CsvSource {
             }
             Time::Rising if signals.iter().any(|it| it.1 == 0) => {
                 return Err(SourceError::Request(format!(
-                    "{path}: '{}' is assumed to be the time, because it is the first column and increases from row to row; if it is a signal, give the column of the time with {} or {}",
+                    "{path}: '{}' is assumed to be the time, because it is the first column and increases from row to row. If it is a signal, give the column of the time with {}, or the interval between rows with {}",
                     columns[0],
                     setting("time", "COLUMN"),
                     option("sample_time")
@@ -627,7 +627,7 @@ impl Rows<'_> {
         let columns = &self.table.form.columns;
         if let Some(line) = self.others {
             return Err(SourceError::Data(format!(
-                "{path}: the names occur again in line {line}, in another order: a second table begins there; split the file in two"
+                "{path}: the names occur again in line {line}, in another order, so a second table begins there. Split the file in two"
             )));
         }
         let timeless = self.timeless.empty + self.timeless.others;
@@ -643,7 +643,7 @@ impl Rows<'_> {
             );
             if timeless == self.count {
                 return Err(SourceError::Data(format!(
-                    "{note}; a time can be a number ({}), {FORMS}",
+                    "{note}. A time can be a number ({}), {FORMS}",
                     option("time_unit")
                 )));
             }
@@ -653,8 +653,7 @@ impl Rows<'_> {
             if let Some((text, line)) = faults.doubtful() {
                 return Err(SourceError::Data(format!(
                     "{path}: '{}' in line {line} of '{}' may be a fraction or group thousands. \
-                     All numbers of the column have three digits after a separator, or no \
-                     separator; write them without grouping",
+                     All numbers of the column have three digits after a separator, or no separator. Write the numbers without grouping",
                     shown(text),
                     self.table.name_of(*column)
                 )));
@@ -665,7 +664,7 @@ impl Rows<'_> {
                     unit => format!("the unit '{}'", shown(unit)),
                 };
                 return Err(SourceError::Data(format!(
-                    "{path}: cells of '{}' have several units: the first cell has {}, the cell in line {line} has {}; use one unit",
+                    "{path}: cells of '{}' have several units: the first cell has {}, the cell in line {line} has {}. Use one unit",
                     self.table.name_of(*column),
                     named(first),
                     named(unit)

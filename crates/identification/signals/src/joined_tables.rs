@@ -70,7 +70,7 @@ impl JoinedTables {
                     false => (file(first), file(second)),
                 };
                 return Err(SourceError::Request(format!(
-                    "both {first} and {second} have a column '{name}'; write {first}:{name} or {second}:{name}"
+                    "both {first} and {second} have a column '{name}'. Write {first}:{name} or {second}:{name}"
                 )));
             }
             [] => {}

@@ -222,7 +222,7 @@ pub fn open(data: &Data) -> Result<Box<dyn Source>> {
         ([path], Some(kind)) => {
             if data.stamp.is_some() || data.time != TableTime::default() {
                 return Err(SourceError::Request(format!(
-                    "a log contains its own stamps, so {}, {}, {} and {} do not apply",
+                    "{}, {}, {} and {} do not apply to a log, because it contains its own stamps",
                     option("stamp"),
                     option("time"),
                     option("time_unit"),
@@ -232,9 +232,7 @@ pub fn open(data: &Data) -> Result<Box<dyn Source>> {
             Ok(Box::new(LogSource::open(path, kind)?))
         }
         (paths, log) if log.is_some() || paths.iter().any(is_csv) => Err(SourceError::Request(
-            "tables can be joined only with tables, and a log must be alone: leave out the bag or \
-             log"
-            .to_owned(),
+            "a table can be joined only with other tables, so leave out the bag or log".to_owned(),
         )),
         _ if data.time != TableTime::default() => Err(SourceError::Request(format!(
             "{}, like {} and {}, is for .csv files; a bag has stamps ({})",

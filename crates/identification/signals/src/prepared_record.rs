@@ -227,7 +227,7 @@ fn check_times(resampled: &Resampled, windows: &[Options]) -> Result<()> {
         let is_asked = windows.iter().any(|it| it.rate.is_some());
         if is_asked && own > 0.0 && rate > MAX_RATE_FACTOR * own {
             return Err(SourceError::Request(format!(
-                "{} has {own:.6} samples per second, but the grid would have {rate:.6}, so most values would not be measured; {} allows at most {own:.6}",
+                "{} has {own:.6} samples per second, but the grid would have {rate:.6}, so most values would not be measured. {} may be at most {own:.6}",
                 output.name,
                 option("rate")
             )));
@@ -244,7 +244,7 @@ fn check_times(resampled: &Resampled, windows: &[Options]) -> Result<()> {
                 };
                 let clock = setting("stamp", "log");
                 return Err(SourceError::Request(format!(
-                    "{} is known from {}, but {} from {}, {:.3} s apart, so no output sample has an input sample at its time; if their stamps come from different clocks, {clock} uses the recorder's time for both signals of a bag",
+                    "{} is known from {}, but {} from {}, {:.3} s apart, so no output sample has an input sample at its time. If their stamps come from different clocks, {clock} uses the recorder's time for both signals of a bag",
                     input.name,
                     seconds(ours),
                     output.name,

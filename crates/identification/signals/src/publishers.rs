@@ -178,11 +178,11 @@ impl Senders {
                     false => listed,
                 };
                 Err(SourceError::Request(format!(
-                    "{signal}: the bag shows no publisher {chosen} of {topic}; choose one of {all}"
+                    "{signal}: the bag shows no publisher {chosen} of {topic}. Choose one of {all}"
                 )))
             }
             None if !several.is_empty() => Err(SourceError::Request(format!(
-                "{signal}: the messages come from different publishers in turn ({} changes, by their channels or numbers), so the signal mixes several sources; choose one: {listed}",
+                "{signal}: the messages come from different publishers in turn ({} changes, by their channels or numbers), so the signal mixes several sources. Choose one: {listed}",
                 self.returns
             ))),
             _ => Ok(()),

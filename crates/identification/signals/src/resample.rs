@@ -58,7 +58,7 @@ pub enum GridError {
     NoWindow,
     /// The record would be too long.
     #[error(
-        "with an interval of {interval} s the record would have more than {MAX_NUMBERS} numbers; use a lower {} or a {} to make it shorter",
+        "with an interval of {interval} s the record would have more than {MAX_NUMBERS} numbers. Use a lower {}, or shorten the record with {}",
         option("rate"),
         option("window")
     )]
@@ -75,7 +75,7 @@ pub enum GridError {
         reasons: String,
     },
     /// The signals have no common time.
-    #[error("there is no time{within} at which all signals are known: {spans}")]
+    #[error("at no time{within} are all signals known: {spans}")]
     NoCommonInstant {
         /// The window as text, if there is one.
         within: String,

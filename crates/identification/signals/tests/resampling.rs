@@ -377,7 +377,7 @@ fn what_gives_no_record_is_refused_with_the_reason() {
         .unwrap_err()
         .to_string();
     assert!(
-        refusal.contains("there is no time") && refusal.contains("u from"),
+        refusal.contains("at no time") && refusal.contains("u from"),
         "{refusal}"
     );
     let refusal = resampled(&[], &y, Options::default())

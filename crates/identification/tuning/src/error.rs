@@ -12,7 +12,7 @@ pub(crate) type Result<T, E = TuneError> = std::result::Result<T, E>;
 pub enum TuneError {
     /// The model's verdict is that it is not reliable.
     #[error(
-        "the model's verdict is '{}': its gains would be a guess. Identify a better model, or use this one anyway: {}",
+        "the model's verdict is '{}', so gains from this model would be a guess. Identify a better model, or use this one anyway: {}",
         .0.words(), option("anyway")
     )]
     Verdict(Verdict),
@@ -32,7 +32,7 @@ pub enum TuneError {
     NoCovariance,
     /// The 95 % interval of the gain contains 0.
     #[error(
-        "the {what} is {interval}: its sign is uncertain, and gains of the wrong sign make the loop unstable. Record steps of the input that move the \
+        "the {what} is {interval}, so its sign is uncertain, and gains with the wrong sign make the loop unstable. Record steps of the input that move the \
          output well beyond its noise"
     )]
     Sign {
@@ -43,7 +43,7 @@ pub enum TuneError {
     },
     /// The model has direct feedthrough.
     #[error(
-        "the input acts on the output of the same sample, but a controller must read the output first: give the delay from the sample to its command, {}", setting("computing_delay", format_args!("{}s", .0))
+        "the input acts on the output of the same sample, but a controller must read the output first. Give the delay from the sample to its command: {}", setting("computing_delay", format_args!("{}s", .0))
     )]
     Feedthrough(f64),
     /// Another tick than the model's, but no continuous counterpart.
@@ -60,7 +60,7 @@ pub enum TuneError {
     },
     /// An unstable pole with a dead time that no controller can handle.
     #[error(
-        "the plant has an unstable pole of time constant {time_constant:.4} s and {delay:.4} s of dead time: no controller has a sensitivity peak below {least:.2}, but the limit {} is {limit}. \
+        "the plant has an unstable pole with a time constant of {time_constant:.4} s, and {delay:.4} s of dead time. Therefore no controller has a sensitivity peak below {least:.2}, but the limit {} is {limit}. \
          Shorten the dead time ({}, {}, the actuator), or allow a higher peak: {}",
         option("ms"), option("period"), option("computing_delay"), setting("ms", format!("{allowed:.1}"))
     )]

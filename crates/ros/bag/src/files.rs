@@ -77,7 +77,7 @@ pub(crate) fn instead(folder: &Path) -> String {
     if !bags.is_empty() {
         bags.sort();
         return format!(
-            ", but it contains folders with bags ({}): name one of them, or all of them as separate experiments",
+            ", but it contains folders with bags ({}): name one of them, or name all of them as separate experiments",
             listed(&bags)
         );
     }

@@ -70,7 +70,7 @@ pub enum ReadError {
     },
     /// Files that are not the parts of one bag.
     #[error(
-        "{path}: these files are several bags ({differ}): {files}; name one of them, or all of them as separate experiments"
+        "{path}: these files are several bags ({differ}): {files}; name one of them, or name all of them as separate experiments"
     )]
     Several {
         /// The folder, or the first file.
@@ -82,7 +82,7 @@ pub enum ReadError {
     },
     /// An unsupported storage plugin.
     #[error(
-        "{path} is a bag with the storage '{storage}'; supported: mcap, sqlite3; convert it with {CONVERTER} or 'ros2 bag convert'"
+        "{path} is a bag with the storage '{storage}', but only mcap and sqlite3 are supported. Convert it with {CONVERTER} or 'ros2 bag convert'"
     )]
     Storage {
         /// Path of the metadata.
@@ -92,7 +92,7 @@ pub enum ReadError {
     },
     /// Files or messages compressed by rosbag2 in an unsupported way.
     #[error(
-        "{path} is a bag with unsupported compression by {mode} ({format}); supported are MCAP's chunk compression, and messages and files compressed with zstd; if uncompressed copies lie next to the compressed files, they are read"
+        "{path} is a bag with unsupported compression by {mode} ({format}). Supported are MCAP's chunk compression, and messages and files compressed with zstd. Uncompressed copies next to the compressed files are read too"
     )]
     Compressed {
         /// Path of the metadata.

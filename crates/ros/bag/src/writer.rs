@@ -81,13 +81,13 @@ impl Default for WriterOptions {
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// The path exists already.
-    #[error("{path} exists already; recordings are never overwritten: name a new path")]
+    #[error("{path} exists already, and recordings are never overwritten. Name a new path")]
     Exists {
         /// The requested path.
         path: PathBuf,
     },
     /// The path has no name at its end.
-    #[error("{path} does not end with a name; the last part of the path must be the bag's name")]
+    #[error("{path} does not end with a name. The last part of the path must be the bag's name")]
     NoName {
         /// The requested path.
         path: PathBuf,

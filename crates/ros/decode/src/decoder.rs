@@ -121,7 +121,9 @@ pub enum Reason {
         field_type: String,
     },
     /// A name in brackets after a list whose elements have no names.
-    #[error("[{name}] of {list}: the list's elements have no names in the message; use an index")]
+    #[error(
+        "[{name}] of {list}: the message has no names for the elements of this list. Use an index"
+    )]
     NoNames {
         /// Requested name.
         name: String,

@@ -54,7 +54,7 @@ pub enum DefinitionError {
     Unknown,
     /// No installed package contains the file.
     #[error(
-        "the folders of AMENT_PREFIX_PATH do not contain {0}; source the workspace of this package first"
+        "the folders of AMENT_PREFIX_PATH do not contain {0}. Source the workspace of this package first"
     )]
     NotInstalled(String),
     /// The publisher's type has a different hash.

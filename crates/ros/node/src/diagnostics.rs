@@ -173,7 +173,7 @@ pub(crate) fn array(shared: &Shared) -> DiagnosticArray {
     for topic in &shared_topics {
         shared.complain(
             topic,
-            "another node publishes here too; only one publisher is allowed",
+            "another node publishes on this topic too, but only one publisher is allowed",
         );
     }
     let mut status = vec![connections_status(&node, &list, &shared_topics)];

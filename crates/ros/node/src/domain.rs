@@ -49,7 +49,7 @@ impl Domain {
             "OFF" => {
                 return Err(Error::environment(
                     "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF",
-                    "with OFF nodes do not discover each other, not even static peers; use LOCALHOST or SUBNET",
+                    "with OFF, nodes do not discover each other, not even static peers. Use LOCALHOST or SUBNET",
                 ));
             }
             other => {
@@ -105,7 +105,7 @@ pub(crate) fn static_peers(variable: impl Fn(&str) -> Option<String>) -> Result<
         }
         if peers.len() > MAX_PEERS {
             return Err(refused(format!(
-                "more than {MAX_PEERS} addresses; list only those of machines that run nodes"
+                "more than {MAX_PEERS} addresses are listed. List only addresses of machines that run nodes"
             )));
         }
     }

@@ -102,7 +102,7 @@ async fn forward_samples(
                     continue;
                 }
                 _ => Err(
-                    "refused, because another node was the first publisher of this topic"
+                    "message refused, because another node was the first publisher of this topic"
                         .to_owned(),
                 ),
             },

@@ -116,7 +116,7 @@ impl Values {
             {
                 return Err(Refusal {
                     name,
-                    reason: "the parameter is read-only: set it when the node starts".to_owned(),
+                    reason: "the parameter is read-only. Set it when you start the node".to_owned(),
                 });
             }
             new.values.insert(name, value);

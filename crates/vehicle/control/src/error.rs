@@ -20,7 +20,7 @@ pub enum Error {
     #[error("refused: the controller is switched off (mode off)")]
     SwitchedOff,
     /// No manoeuvre in a fault.
-    #[error("refused: a fault is latched: {}; reset the fault first", .0.text())]
+    #[error("refused, because a fault is latched: {}. Reset the fault first", .0.text())]
     FaultStands(Fault),
     /// A manoeuvre that cannot be flown.
     #[error(transparent)]

@@ -91,7 +91,7 @@ impl Thrusters {
             (1..names.len()).find_map(|i| names[..i].iter().find(|it| **it == names[i]))
         {
             return Err(refused(format!(
-                "vehicle '{vehicle}': two thrusters have the input '{name}'; each needs one of its own"
+                "vehicle '{vehicle}': two thrusters have the input '{name}', but each thruster needs its own input"
             )));
         }
         // Without a pair of verticals for roll or pitch those are left to the hull.

@@ -399,7 +399,7 @@ impl Account {
         let mut notes = Vec::new();
         let refused = self.refused.iter();
         notes.extend(refused.map(|(topic, (count, reason))| {
-            format!("{topic}: {count} messages skipped; the first because {reason}")
+            format!("{topic}: {count} messages skipped. The reason for the first is: {reason}")
         }));
         let lines = [
             ("state", self.states.order.statistics),

@@ -55,7 +55,7 @@ fn fly_into(
         Some("mcap") => Out::Mcap(Box::new(McapSink::create(out, namespace, replaces)?)),
         Some("csv") => Out::Csv(CsvSink::create(out, replaces)?),
         _ => refuse!(
-            "'{}': refused as output; name it *.mcap or *.csv",
+            "the output file '{}' has an unknown ending. Name it *.mcap or *.csv",
             out.display()
         ),
     };

@@ -375,8 +375,7 @@ impl Scenario {
             let craft = VehicleModel::load(&plant).map_err(|reason| refused!("{reason}"))?;
             if !craft.thrusters().is_empty() {
                 refuse!(
-                    "plant_sim's vehicle '{flown}' has thrusters, which depth_controller must \
-                     command: set depth_controller.hover.vehicle={flown}"
+                    "plant_sim's vehicle '{flown}' has thrusters, which depth_controller must command. Set depth_controller.hover.vehicle={flown}"
                 );
             }
             return Ok(());

@@ -314,7 +314,7 @@ impl Summary {
                 format!("slowest pole identified within {percent:.1} %")
             }
             Some(error) => format!(
-                "slowest pole NOT identified: it is {} from the true pole",
+                "slowest pole NOT identified: the estimate is {} from the true pole",
                 distance_text(error)
             ),
             None => format!("no valid model of the pitch response: {}", self.no_model),

@@ -82,7 +82,7 @@ impl Actions {
             if held.iter().any(|(other, _)| other == name) {
                 return refused(
                     "held",
-                    format!("{name} is constant here, but an action already moves it"),
+                    format!("{name} is set to a constant, but an action already moves it"),
                 );
             }
             let one = all.resolve(parts, "actions", name)?;

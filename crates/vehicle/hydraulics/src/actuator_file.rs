@@ -64,7 +64,7 @@ pub enum ActuatorFileError {
     },
     /// The file is a circuit of on/off valves, but an actuator of metered volumes is needed.
     #[error(
-        "actuator file '{0}' is a circuit of on/off valves, but this command needs an actuator of metered volumes; for circuits use `planesman dha design {0}`"
+        "actuator file '{0}' is a circuit of on/off valves, but this command needs an actuator of metered volumes. For circuits use `planesman dha design {0}`"
     )]
     Circuit(String),
     /// A value breaks a rule.

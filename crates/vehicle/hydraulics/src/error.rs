@@ -60,7 +60,7 @@ pub enum Error {
     #[error(
         "actuator '{actuator}' of the {group}, in the tick that begins at {time} s: {}",
         match .unsolved {
-            Some(field) => format!("the search for the events of the motion does not end; the cause is {field}"),
+            Some(field) => format!("the search for the events of the motion does not end. The cause is {field}"),
             None => "the motion is not finite".to_owned(),
         }
     )]

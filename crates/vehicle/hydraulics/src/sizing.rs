@@ -65,7 +65,7 @@ pub enum SizingError {
     NotPositive(&'static str, f64),
     /// The valves are too slow for the volume rate.
     #[error(
-        "a resolution of {:.4} deg at {:.3} deg/s needs {:.3} volumes per second, but valves of {:.2} ms allow fewer than {:.3}; use a coarser resolution, a slower slew rate, or two volumes",
+        "a resolution of {:.4} deg at {:.3} deg/s needs {:.3} volumes per second, but valves of {:.2} ms allow fewer than {:.3}. Use a coarser resolution, a slower slew rate, or two volumes",
         .resolution / DEGREE,
         .slew / DEGREE,
         .slew / .resolution,

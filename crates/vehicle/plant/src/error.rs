@@ -25,7 +25,7 @@ pub enum Error {
     },
     /// The parameter exists only for the equations of the vertical plane.
     #[error(
-        "parameter '{parameter}' refused: it does not apply to vehicle '{vehicle}', which has six degrees of freedom; leave it at its default"
+        "parameter '{parameter}' refused: it does not apply to vehicle '{vehicle}', which has six degrees of freedom. Leave it at its default"
     )]
     NotOfSixDof {
         /// The parameter.
@@ -35,7 +35,7 @@ pub enum Error {
     },
     /// Thrust is set for a vehicle without propulsion.
     #[error(
-        "parameter 'propulsion': thrust refused: vehicle '{0}' has no propulsion model; its speed is held"
+        "parameter 'propulsion': thrust refused: vehicle '{0}' has no propulsion model, so its speed is constant"
     )]
     NoPropulsion(String),
     /// No filter exists for these waves.
@@ -91,7 +91,7 @@ pub enum Error {
     Motion(&'static str, MotionError),
     /// A linear law of pitch damping lets the vehicle turn faster than its quadratic drag would.
     #[error(
-        "step refused: the pitch rate of {pitch_rate:.3} rad/s at {speed:.3} m/s is larger than speed, planes and waves can cause against the drag N |q| q. pitch_damping '{law}' is linear about {rate} rad/s (pitch_damping_rate) and damps too little at this higher rate; set pitch_damping to quadratic or coefficient"
+        "step refused: the pitch rate of {pitch_rate:.3} rad/s at {speed:.3} m/s is larger than speed, planes and waves can cause against the drag N |q| q. pitch_damping '{law}' is linear about {rate} rad/s (pitch_damping_rate) and damps too little at this higher rate. Set pitch_damping to quadratic or coefficient"
     )]
     Damping {
         /// Its name.

@@ -32,19 +32,18 @@ pub enum SixDofError {
     NothingSought,
     /// The recording has no signal of the motion.
     #[error(
-        "no signals of the motion were found ({}): name the signals, {}; planesman sysid topics lists them", .0, setting("signal", "u=SIGNAL"))]
+        "no signals of the motion were found ({}). Name the signals with {}; planesman sysid topics lists them", .0, setting("signal", "u=SIGNAL"))]
     NoMotion(String),
     /// Several topics have odometry, and no topic is called odom.
     #[error(
-        "several topics have odometry ({}): name the signals, {}", .0, setting("signal", "u=TOPIC:twist.twist.linear.x"))]
+        "several topics have odometry ({}). Name the signals with {}", .0, setting("signal", "u=TOPIC:twist.twist.linear.x"))]
     Odometry(String),
     /// Angles that cannot be in rad.
-    #[error("{} is larger than a whole turn: if the angles are in degrees, give {}", .0, option("degrees"))]
+    #[error("{} is larger than a whole turn. If the angles are in degrees, give {}", .0, option("degrees"))]
     Degrees(&'static str),
     /// Hardly more samples than unknowns.
     #[error(
-        "{samples} samples for {unknown} unknowns, including initial states: record longer, or \
-         estimate fewer numbers, {}",
+        "{samples} samples for {unknown} unknowns, including initial states, are too few. Record for longer, or estimate fewer numbers with {}",
         setting("free", "NAME,...")
     )]
     FewSamples {
@@ -58,8 +57,7 @@ pub enum SixDofError {
     Contradictory(Vec<crate::kinematics::Contradiction>),
     /// The search has no finite start.
     #[error(
-        "the motion of '{}' diverges within a window of the recording: check its signals and \
-         their signs, or make {} shorter", .0, option("horizon"))]
+        "the motion of '{}' diverges within a window of the recording. Check the signals and their signs, or make {} shorter", .0, option("horizon"))]
     Diverges(String),
 }
 

@@ -82,7 +82,7 @@ pub(super) fn bootstrap(
     let values: Vec<Values> = on_all_cores(&seeds, refit).into_iter().flatten().collect();
     if (values.len() as f64) < SUCCEED * refits as f64 {
         return Err(IdentificationError::Option(format!(
-            "no bootstrap: {} of {refits} simulated records do not determine a model of this order",
+            "the bootstrap failed, because {} of {refits} simulated records do not determine a model of this order",
             refits - values.len()
         )));
     }
@@ -157,7 +157,8 @@ impl Simulated {
         };
         match simulated.drawn.is_empty() || !bounded(simulated.outputs(0)) {
             true => Err(IdentificationError::Option(
-                "no bootstrap: the simulation of the model grows without bound".to_owned(),
+                "the bootstrap failed, because the simulation of the model grows without bound"
+                    .to_owned(),
             )),
             false => Ok(simulated),
         }

@@ -15,7 +15,7 @@ use planesman_linear::digits::with_interval;
 use planesman_record::Record;
 
 const NOT_DETERMINED: IdentificationError = IdentificationError::Undetermined(
-    "the record does not determine this kind of curve: the input must take more distinct values",
+    "the record does not determine this kind of curve, because the input takes too few distinct values",
 );
 /// Minimum share of the squared error that a cause must explain, so that its curve is tried.
 pub(super) const WORTH_A_TRY: f64 = 0.4;

@@ -66,7 +66,7 @@ impl Reason {
                 "in the held-out last part the output stays within the noise: the verdict uses the cross-validated fit, {fit:.1} %"
             ),
             Self::ErrorAsElsewhere(fit) => format!(
-                "the output moves less in the held-out last part, and the error there is no larger than elsewhere: the verdict uses the cross-validated fit, {:.1} %",
+                "the output moves less in the held-out last part, but the error there is no larger than elsewhere. So the verdict uses the cross-validated fit, {:.1} %",
                 fit.unwrap_or_default()
             ),
             Self::FirstPartUndetermined => "not validated: the first 70 % of the record alone do not determine the model".to_owned(),

@@ -114,7 +114,7 @@ pub(super) fn lowered(
     let here = linearise(&start);
     if here.cost().is_infinite() {
         return Err(IdentificationError::Search(
-            "the search began where the model overflows",
+            "the model's output overflows at the start of the search",
         ));
     }
     let valley = Valley::of(&here)?;

@@ -152,7 +152,7 @@ pub(crate) fn band(points: &[Point], least: f64) -> Result<Vec<bool>> {
             .max_by(|p, q| p.coherence.total_cmp(&q.coherence));
         let (most, at) = most.map_or((0.0, 0.0), |it| (it.coherence, it.omega));
         return Err(IdentificationError::NoBand(format!(
-            "the coherence is too low in every band: it must be {least} or more, and significant, over an octave; the highest is {most:.2}, at {at:.3} rad/s. Next: excite a band of frequencies (a chirp or a PRBS) well above the noise, record for longer, or lower the required coherence: {}",
+            "the coherence is too low in every band. It must be significant and at least {least} over an octave, but the highest is {most:.2}, at {at:.3} rad/s. Next: excite a band of frequencies (a chirp or a PRBS) well above the noise, record for longer, or lower the required coherence: {}",
             setting("coherence", 0.4)
         )));
     }

@@ -50,8 +50,7 @@ impl Windows {
         if !fits(fitting) {
             let samples: usize = records.iter().sum();
             return Err(IdentificationError::Record(format!(
-                "{samples} samples are too short for {segments} windows of {LEAST}, which a \
-                 frequency response needs: record for longer"
+                "{samples} samples are too few for a frequency response, which needs {segments} windows of {LEAST} samples. Record for longer"
             )));
         }
         while too_long - fitting > 1 {

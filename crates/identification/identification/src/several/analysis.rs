@@ -149,7 +149,7 @@ fn judged_on(
     let part = searched_part(&scaled.segments);
     let chooser = Chooser::new(part.as_deref().unwrap_or(&scaled.segments), *options);
     let undetermined = IdentificationError::Undetermined(
-        "the record does not determine a model of these inputs: record for longer, and move every input",
+        "the record does not determine a model of these inputs. Record for longer, and move every input",
     );
     let choice = chooser.choice().ok_or(undetermined)?;
     let samples = scaled.segments.iter().map(Segment::len).sum();
@@ -383,7 +383,7 @@ fn still_input(record: &Record, segments: &[&Segment]) -> Result<()> {
                 (false, _) => "is constant in every segment, and each segment has its own offset",
             };
             return Err(IdentificationError::Record(format!(
-                "{name} {when}, so the data does not determine its effect; leave it out, or record data in which it moves"
+                "{name} {when}, so the data does not determine its effect. Leave it out, or record data in which it moves"
             )));
         }
     }

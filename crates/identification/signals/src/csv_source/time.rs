@@ -313,7 +313,7 @@ impl CsvSource {
             ),
             _ => {
                 return Err(SourceError::Data(format!(
-                    "{}: '{}' in '{}' may be day/month or month/day, and the other rows do not decide it; write the dates as 2026-11-24 12:00:00",
+                    "{}: '{}' in '{}' may be day/month or month/day, and the other rows do not show which. Write the dates as 2026-11-24 12:00:00",
                     self.path.display(),
                     shown(first.unwrap_or_default()),
                     self.form.columns[column]

@@ -513,7 +513,7 @@ fn elements_and_messages_are_chosen_by_what_they_are_called() {
     assert!(
         refusal
             .to_string()
-            .contains("the list's elements have no names in the message")
+            .contains("the message has no names for the elements of this list")
     );
 }
 

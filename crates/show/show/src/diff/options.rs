@@ -49,7 +49,7 @@ pub enum DiffError {
     Nothing,
     /// The messages of one topic are too far apart in the two files.
     #[error(
-        "the order of messages differs too much: {} MiB of messages wait for the equal message of the other recording; ignore large topics with {}",
+        "the order of messages differs too much. {} MiB of messages wait for their equal messages of the other recording. Ignore large topics with {}",
         WAITING >> 20, setting("ignore", "TOPIC")
     )]
     Apart,

@@ -19,7 +19,7 @@ pub enum Distrust {
     File(#[from] Refusal),
     /// The model has direct feedthrough.
     #[error(
-        "the model has direct feedthrough, but planes move the vehicle only after a delay; fit the model with a delay of 1"
+        "the model has direct feedthrough, but planes move the vehicle only after a delay. Fit the model with a delay of 1"
     )]
     Feedthrough,
     /// The model has other signals.

@@ -101,16 +101,16 @@ fn define(folder: &Path, definition: &Definition) -> Result<()> {
             });
             match (is_same, parts) {
                 (false, _) => refuse!(
-                    "'{}' contains the results of another sweep; name a new folder with {}",
+                    "'{}' contains the results of another sweep. Name a new folder with {}",
                     folder.display(),
                     option("out")
                 ),
                 (true, None) => refuse!(
-                    "'{}' contains this sweep without parts, and parts would repeat its cases; continue without parts, or name a new folder",
+                    "'{}' contains this sweep without parts, so parts would repeat its cases. Continue without parts, or name a new folder",
                     folder.display()
                 ),
                 (true, Some(parts)) => refuse!(
-                    "'{}' contains this sweep in {parts} parts, and another number of parts would repeat its cases; continue with {parts} parts, or name a new folder",
+                    "'{}' contains this sweep in {parts} parts, so another number of parts would repeat its cases. Continue with {parts} parts, or name a new folder",
                     folder.display()
                 ),
             }
@@ -205,7 +205,7 @@ impl Sweep {
         let space = Space::new(vary, samples.unwrap_or(0), seeds, scenario.seed)?;
         let parameters = || space.axes.iter().map(|axis| &axis.parameter);
         if let Some(parameter) = parameters().find(|it| scenario.is_changed(it)) {
-            refuse!("{parameter} is both set and varied; use one of the two");
+            refuse!("{parameter} is both set and varied. Either set it or vary it");
         }
         Ok(Self {
             poles: poles(&scenario, &space)?,

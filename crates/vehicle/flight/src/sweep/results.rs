@@ -57,7 +57,7 @@ impl Results {
         while lines.read_until(b'\n', &mut line)? > 0 && line.ends_with(b"\n") {
             if rows == 0 && line != header.as_bytes() {
                 refuse!(
-                    "{}: the existing file has other columns; name a new folder",
+                    "{}: the existing file has other columns. Name a new folder",
                     named()
                 );
             }

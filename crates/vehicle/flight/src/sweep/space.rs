@@ -61,7 +61,7 @@ impl Axis {
                 let (from, to) = (number(from)?, number(to)?);
                 if samples == 0 {
                     refuse!(
-                        "the range FROM..TO needs a number of samples: give {}",
+                        "the range FROM..TO needs a number of samples. Give {}",
                         setting("samples", "N")
                     );
                 }

@@ -78,7 +78,7 @@ fn a_motion_that_cannot_be_solved_or_is_not_finite_is_an_error_with_time_and_fie
     #[track_caller]
     fn names(end: &Error, path: &str) {
         let by =
-            format!("the search for the events of the motion does not end; the cause is {path}");
+            format!("the search for the events of the motion does not end. The cause is {path}");
         assert!(end.to_string().ends_with(&by), "{end}");
     }
     names(&metering(|set| set.load.viscous = 1e20), "load.viscous");

@@ -115,8 +115,7 @@ impl EditableFile {
             // What is changed at its anchor would change here too.
             if text[at.clone()].starts_with('*') {
                 return Err(malformed(format!(
-                    "{}: the alias {} refused: a fit changes each number at its place; write the \
-                     value instead of the alias",
+                    "{}: the alias {} refused: a fit changes each number at its place. Write the value instead of the alias",
                     path.join(".").replace(".[", "["),
                     text[at].trim_end()
                 )));

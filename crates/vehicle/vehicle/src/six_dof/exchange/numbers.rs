@@ -114,7 +114,7 @@ pub enum ReadError {
     )]
     Unknown,
     /// A value is not a list of finite numbers of the required length.
-    #[error("{entry}: '{text}' is not {expected}; expand macros first (xacro FILE > vehicle.urdf)")]
+    #[error("{entry}: '{text}' is not {expected}. Expand macros first (xacro FILE > vehicle.urdf)")]
     Number {
         /// Entry of the file.
         entry: String,
