@@ -317,7 +317,7 @@ fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
     };
     if args.real {
         out!(
-            "\nMasses, moments and damping are in proportion to the forces of the inputs: if these are k times too large, so are all of them.\nA bollard pull or a weighing settles k."
+            "\nMasses, moments and damping are in proportion to the forces of the inputs: if the given forces are k times too large, so are all these numbers.\nA bollard pull test or a weighing determines k."
         )?;
     }
     out!("")?;
@@ -325,7 +325,7 @@ fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
     list("delay   ", &found.delays, |_| "s")?;
     for it in (found.delays.iter()).filter(|it| it.value + it.interval < 0.0) {
         out!(
-            "- the delay of {} is negative: the motion leads this input; check clock and signs",
+            "- the delay of {} is negative, so the motion comes before this input. Check clock and signs",
             it.name
         )?;
     }

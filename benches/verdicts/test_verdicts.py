@@ -144,7 +144,7 @@ class Judge(unittest.TestCase):
         self.assertLess(judge.judged(situation, rec, found, None)["error"], 1e-9)
 
     def test_a_refusal_that_names_the_gain_is_a_model(self):
-        sentence = "planesman: y is u times 2.000000 plus 0.000000 in every sample: there are no dynamics"
+        sentence = "planesman: y is u times 2.000000 plus 0.000000 in every sample, so there are no dynamics"
         static, integrator = (Situation(plant, "impulse in row 1", "none", "plain", 500) for plant in ("static gain", "integrator"))
         self.assertEqual([judge.refused(it, sentence, 0.0)["wrong"] for it in (static, integrator)], [False, True])
         self.assertFalse(judge.refused(static, "planesman: no such file", 0.0)["good"])

@@ -117,7 +117,7 @@ pub fn run(args: &SweepArgs) -> Result<()> {
     if flown.there > 0 {
         let _ = writeln!(
             notes,
-            "{} of {} cases had been flown before this run.",
+            "{} of {} cases were simulated before this run.",
             flown.there, flown.all
         );
     }
@@ -125,7 +125,7 @@ pub fn run(args: &SweepArgs) -> Result<()> {
         let failed = outcomes.failed;
         let _ = writeln!(
             notes,
-            "{failed} cases broke off: the column 'error' gives the reason."
+            "{failed} cases stopped early; the column 'error' gives the reason."
         );
     }
     if let Some(signal) = &signal {

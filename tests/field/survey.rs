@@ -93,8 +93,8 @@ fn a_table_is_told_its_unit_clock_bursts_and_held_samples_and_the_command_fits()
             },
             &[
                 "at 100.000 Hz",
-                "note: y: a new value only every 5 rows",
-                "note: hdg: wraps 3 times: unwrapped by 360",
+                "note: y: the value is new only every 5 rows",
+                "note: hdg: wraps around 3 times, so it is unwrapped with the period 360",
             ],
         ),
     ];
@@ -158,7 +158,7 @@ fn a_table_without_a_time_that_can_be_meant_is_told_so_with_the_option() {
         (
             "t,u,y",
             &|k| format!("{},", SAMPLES - k),
-            "sort the samples by time",
+            "Sort the samples by time",
         ),
         ("u,y", &|_| String::new(), "-o y --sample-time SECONDS"),
     ];
@@ -192,7 +192,7 @@ fn a_log_is_told_per_message_what_its_clock_does() {
     for words in [
         "NAV_DEPTH  MOOS  2000 at 20.000 Hz",
         "  clock: the clock goes back from 44.950 to 0.000 s",
-        "  note: value: a new value only every 4 rows",
+        "  note: value: the value is new only every 4 rows",
     ] {
         assert!(told.contains(words), "'{words}' is not in: {told}");
     }

@@ -660,7 +660,7 @@ fn tables_of_one_topic_each_are_joined_by_time() {
     );
     run(&["u_ms.csv", "y_s.csv", "other.csv", "-i", "u", "-o", "y"])
         .is_the_plant(all)
-        .says("other.csv: no signal is taken from this table");
+        .says("other.csv: this table contains none of the requested signals");
     // One name in both.
     write(
         "in.csv",

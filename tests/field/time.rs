@@ -246,7 +246,7 @@ fn rows_that_are_not_sorted_are_refused() {
         .rev()
         .map(|k| (format!("{:.2}", at(k)), u[k], y[k]));
     let answer = of_table(&table("t,u,y", rows), &[]);
-    answer.refused(&["sort the samples by time", "--time"]);
+    answer.refused(&["Sort the samples by time", "--time"]);
 }
 
 #[test]

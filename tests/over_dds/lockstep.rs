@@ -282,7 +282,7 @@ fn a_tick_that_waits_names_the_root_of_the_chain() {
     let _plant = stage.node("plant_sim", &["time:=lockstep", members]);
     told("waiting for the controller: nobody publishes plane_command, sysid");
     let _sysid = stage.node("sysid", &["answer:=true"]);
-    told("each tick waits for plane_motion, which nobody publishes");
+    told("each tick waits for plane_motion, but no node publishes it");
     let _actuator = stage.node("dha_actuator", &["lockstep:=true"]);
     told("waiting for the controller: nobody publishes plane_command");
     let _controller = stage.node("depth_controller", &["lockstep:=true"]);

@@ -220,12 +220,12 @@ fn of_sensors() -> Vec<(&'static str, Vec<Vec<f64>>, Outcome)> {
         (
             "input constant",
             rows(STEP, &vec![1.0; SAMPLES], &y),
-            Refused("u is constant: 1 in all"),
+            Refused("u is constant (1 in all"),
         ),
         (
             "output constant",
             rows(STEP, &u, &vec![1.0; SAMPLES]),
-            Refused("y is constant: 1 in all"),
+            Refused("y is constant (1 in all"),
         ),
         (
             "output is the input",

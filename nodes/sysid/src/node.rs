@@ -282,7 +282,7 @@ impl Node {
         let mut topics = self.topics.iter().filter(|_| self.answer.is_some());
         let topic = &topics.find(is_unpublished)?.name;
         Some(format!(
-            "each tick waits for {topic}, which nobody publishes: set input and output, or remove sysid from lockstep.members"
+            "each tick waits for {topic}, but no node publishes it. Set input and output, or remove sysid from lockstep.members"
         ))
     }
 

@@ -99,12 +99,12 @@ impl fmt::Display for Change {
             }
             Self::RepeatsLeftOut { rows } => write!(
                 f,
-                "a new value only every {} rows: repeated values are left out",
+                "the value is new only every {} rows, so repeated values are left out",
                 (10.0 * rows).round() / 10.0
             ),
             Self::Unwrapped { period, wraps } => write!(
                 f,
-                "wraps {wraps} times: unwrapped by {} ({} uses the signal as recorded)",
+                "wraps around {wraps} times, so it is unwrapped with the period {} ({} uses the signal as recorded)",
                 Unwrap::Period(period),
                 setting("unwrap", "no")
             ),
@@ -179,7 +179,7 @@ impl Timing {
     pub fn refusal(&self, all: u64) -> Option<String> {
         if self.duplicates as f64 > MOSTLY_REPEATED * all as f64 {
             return Some(format!(
-                "{} of {all} samples have the same stamp as another sample, so their times are not known: give the interval between the rows of a table ({}) or another column ({}), and for a bag the recorder's time ({})",
+                "{} of {all} samples have the same stamp as another sample, so their times are not known. Give the interval between the rows of a table ({}) or another column ({}); for a bag, use the recorder's time ({})",
                 self.duplicates,
                 setting("sample_time", "SECONDS"),
                 option("time"),
@@ -188,7 +188,7 @@ impl Timing {
         }
         (self.late as f64 > MOSTLY_LATE * all as f64).then(|| {
             format!(
-                "{} of {all} samples have earlier stamps than samples before them: sort the samples by time, or choose another time: {} for a table, {} for a bag",
+                "{} of {all} samples have earlier stamps than samples before them. Sort the samples by time, or choose another time ({} for a table, {} for a bag)",
                 self.late,
                 setting("time", "COLUMN"),
                 setting("stamp", "log")

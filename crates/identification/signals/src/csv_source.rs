@@ -560,7 +560,7 @@ impl Rows<'_> {
         if self.heading.interval != first.interval {
             let line = self.line();
             self.broken = Some(format!(
-                "from line {line} on the interval between rows is different, so these rows are left out; make a separate file of each part"
+                "from line {line} on the interval between rows is different, so these rows are left out. Make a separate file of each part"
             ));
         }
         true

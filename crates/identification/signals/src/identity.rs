@@ -148,7 +148,7 @@ impl Level {
             format!("'{}:{path}'", signal.topic())
         });
         format!(
-            "{signal}: {what} now of {turns}, with {changes} changes, so the signal mixes several sources; choose one: {}",
+            "{signal}: {what} now of {turns}, with {changes} changes, so the signal mixes several sources. Choose one: {}",
             chosen.collect::<Vec<_>>().join(" or ")
         )
     }

@@ -143,7 +143,7 @@ impl Source for JoinedTables {
                 here.map(|(signal, place)| (signal, place.1)).collect();
             if signals.is_empty() {
                 reading.notes.push(format!(
-                    "{}: no signal is taken from this table",
+                    "{}: this table contains none of the requested signals",
                     table.path().display()
                 ));
                 continue;

@@ -242,7 +242,7 @@ impl LogSource {
                     self.told()
                 ),
                 (several, _) => format!(
-                    "{name}: the log has several instances: {}; choose one",
+                    "{name}: the log has several instances: {}. Choose one of them",
                     listed(several.iter().copied())
                 ),
             }));

@@ -49,7 +49,7 @@ impl fmt::Display for Mixture {
         let [one, other] = self.values.map(planesman_text::number);
         write!(
             f,
-            "{} of {} consecutive samples alternate between two courses, {one} and {other} in turn: two sources seem to share this signal, such as two publishers on one topic, and the data does not name the source; record each source under a separate name (a remap, or 'ros2 run topic_tools relay')",
+            "{} of {} consecutive samples alternate between two courses, {one} and {other} in turn: two sources seem to share this signal, such as two publishers on one topic, and the data does not name the source. Record each source under a separate name (a remap, or 'ros2 run topic_tools relay')",
             self.off, self.samples
         )
     }

@@ -187,12 +187,12 @@ pub fn without_dynamics(record: &Record, at_rest: bool, is_static: bool) -> Opti
                     option("at_rest")
                 ),
                 (true, true) => {
-                    "; a free motion alone determines no gain: record the input that starts the motion, or an input that moves later"
+                    ". A free motion alone determines no gain, so record the input that starts the motion, or an input that moves later"
                         .to_owned()
                 }
             };
             return Some(format!(
-                "{name} is constant: {first} in all {samples} samples; it does not determine a model{help}"
+                "{name} is constant ({first} in all {samples} samples), so it does not determine a model{help}"
             ));
         }
     }
@@ -227,8 +227,7 @@ pub fn without_dynamics(record: &Record, at_rest: bool, is_static: bool) -> Opti
             false => String::new(),
         };
         format!(
-            "{output} is {input} times {:.6} plus {:.6} in every sample: there are no dynamics to \
-             identify; {} fits a static gain{feedback}",
+            "{output} is {input} times {:.6} plus {:.6} in every sample, so there are no dynamics to identify. {} fits a static gain{feedback}",
             Short(gain),
             Short(y0 - gain * u0),
             setting("order", 0)
@@ -770,11 +769,11 @@ mod tests {
         let moving = noise(1, 100);
         let still = says(vec![3.2; 100], moving.clone()).unwrap();
         assert!(
-            still.starts_with("u is constant: 3.2 in all 100"),
+            still.starts_with("u is constant (3.2 in all 100"),
             "{still}"
         );
         let still = says(moving.clone(), vec![-1.0; 100]).unwrap();
-        assert!(still.starts_with("y is constant: -1 in all 100"), "{still}");
+        assert!(still.starts_with("y is constant (-1 in all 100"), "{still}");
         let scaled: Vec<f64> = moving.iter().map(|u| 7.0 - 2.5 * u).collect();
         let scaled = says(moving.clone(), scaled).unwrap();
         assert!(

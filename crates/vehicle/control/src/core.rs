@@ -433,7 +433,7 @@ impl Controller {
             self.estimator.restart();
             self.estimate = None;
             self.changes
-                .push("the estimate is not finite: restarted, planes neutral".to_owned());
+                .push("the estimate is not finite; the estimator is restarted, and the planes go to neutral".to_owned());
             return self.neutral(stamp.clone());
         }
         self.estimate = estimated.map(|estimated| self.estimate_message(stamp.clone(), &estimated));

@@ -289,7 +289,7 @@ impl Summary {
                 format!("Reached {at} in {t:.1} s (5 %), but did not settle within 2 %{overshoot}")
             }
             (None, None) => format!(
-                "Did NOT reach {at} within 5 % in {duration:.0} s: steady error {:+.3} m{}",
+                "Did NOT reach {at} within 5 % in {duration:.0} s; the steady error is {:+.3} m{}",
                 depth.steady_error,
                 Some(overshoot)
                     .filter(|it| it != ", no overshoot")

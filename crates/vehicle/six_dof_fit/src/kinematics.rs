@@ -63,7 +63,7 @@ impl fmt::Display for Contradiction {
         } else if is(1f64.to_degrees()) || is(1f64.to_radians()) {
             f.write_str(": one of them is in degrees, the other in radians")
         } else {
-            f.write_str(": check units, clock and frame")
+            f.write_str(". Check units, clock and frame")
         }
     }
 }
@@ -100,7 +100,7 @@ impl fmt::Display for Agreement {
             "{signal} moves {ratio:.3} times as far as velocities and attitude imply"
         )?;
         match lag {
-            lag if lag.abs() < LATE => f.write_str(": check scale and clock"),
+            lag if lag.abs() < LATE => f.write_str(". Check scale and clock"),
             lag if *lag > 0.0 => write!(f, ", {lag:.2} s later"),
             lag => write!(f, ", {:.2} s earlier", -lag),
         }
@@ -135,7 +135,7 @@ impl fmt::Display for Saturated {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "input {} stays at {} for {:.0} % of the time: what it moves is hardly determined",
+            "input {} stays at {} for {:.0} % of the time, so the recording hardly determines its effect",
             self.input,
             significant(self.value, 3),
             100.0 * self.share

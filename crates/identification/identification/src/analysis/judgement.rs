@@ -357,25 +357,25 @@ impl Analysis {
                 if let Some(choice) = curve.filter(|_| self.curved.is_none()) =>
             {
                 format!(
-                    "fit different input levels or times separately: {}; or fit the curve named above together with the dynamics: {} (the input needs more distinct values than the curve has parameters)",
+                    "fit different input levels or times separately with {}, or fit the curve named above together with the dynamics: {} (the input needs more distinct values than the curve has parameters)",
                     setting("window", "FROM..TO"),
                     setting("curve", choice.name())
                 )
             }
             Verdict::Drift { .. } if integrates => format!(
-                "keep the straight-line trend, because a constant at the input of an integrator causes such a drift: compare {}, or {}",
+                "do not subtract the trend, because a constant at the input of an integrator causes such a drift. Compare with {}, or use {}",
                 setting("method", "process"),
                 setting("integrators", 1)
             ),
             Verdict::DynamicsMissing if is_chosen => format!(
-                "look at the page to see where the model fails: {}; then try a higher {}, {}, or another input that moves the output too",
+                "look at the plots to see where the model fails: {}. Then try a higher {}, {}, or another input that moves the output too",
                 setting("html", "model.html"),
                 option("order"),
                 option("curve")
             ),
             Verdict::Undetermined if self.reasons.iter().any(is_feedback) => {
                 format!(
-                    "if the data comes from a closed loop, record again while the setpoint moves (steps or a PRBS); if the plant responds at once: {}",
+                    "if the data comes from a closed loop, record again while the setpoint moves (steps or a PRBS). If the plant responds at once, use {}",
                     setting("delay", "0")
                 )
             }

@@ -37,7 +37,7 @@ impl Reason {
                 format!("the {used} longest of {all} segments were used, {share:.1} % of the samples")
             }
             Self::SearchedInPart(searched, samples) => format!(
-                "order and delay were searched on the {searched} of {samples} samples in which the input varies most; the model was fitted to all samples"
+                "order and delay were chosen from {searched} of {samples} samples, those in which the input varies most; the model was fitted to all samples"
             ),
             Self::Selected(tried, chosen, largest) => selected(*tried, chosen, largest.as_deref()),
             Self::Order(chosen, next) => order(chosen, next.as_ref()),
@@ -58,7 +58,7 @@ impl Reason {
             ),
             Self::HeldOutFit(fit, remark) => format!("simulated fit on held-out data {fit:.1} %{remark}"),
             Self::AtRest => format!(
-                "the output is constant until the input steps: the system is assumed to be at rest before, the same as {}",
+                "the output is constant until the input steps, so the system is assumed to be at rest before, as with {}",
                 option("at_rest")
             ),
             Self::HeldOutIsNoise(None) => "not validated: in the held-out data the output stays within the noise".to_owned(),
@@ -71,7 +71,7 @@ impl Reason {
             ),
             Self::FirstPartUndetermined => "not validated: the first 70 % of the record alone do not determine the model".to_owned(),
             Self::WholeRecord(fit) => format!(
-                "the first 70 % of the record alone do not excite the band: the verdict uses the simulated fit on the complete record, {}; {} tests the model on other data",
+                "the first 70 % of the record alone do not excite the band. So the verdict uses the simulated fit on the complete record, {}. To test the model on other data, use {}",
                 percent(*fit),
                 option("validation")
             ),
@@ -79,13 +79,12 @@ impl Reason {
             Self::NotLinear { finding, sample_time, segment } => not_linear(finding, *sample_time, *segment),
             Self::Curve(curved) => through_curve(curved),
             Self::CurveMisses(missed) => format!(
-                "with the curve the fit is {missed:.1} % below the limit set by noise: another part of the system is not linear"
+                "with the curve, the fit is still {missed:.1} % below the limit set by noise, so another part of the system is not linear"
             ),
             Self::Carried(fit) => format!(
-                "a simulation that starts from the state before the held-out data fits {fit:.1} %: slow modes drift, and a known initial state does not improve the fit"
+                "a simulation that starts from the state before the held-out data fits {fit:.1} %. Slow modes drift, and a known initial state does not improve the fit"
             ),
-            Self::Unsteady => "a model fitted to one half of the record does not fit the other half: the system or its level changes, or the \
-                 halves excite different dynamics"
+            Self::Unsteady => "a model fitted to one half of the record does not fit the other half. The system or its operating point changes, or the halves excite different dynamics"
                 .to_owned(),
             Self::InputShare(share, is_too_little) => input_share(*share, *is_too_little),
             Self::GainUndetermined(gain) => gain_undetermined(gain),
@@ -94,7 +93,7 @@ impl Reason {
                 if *is_in { "" } else { "; the input is left out" }
             ),
             Self::Inseparable(other, share) => format!(
-                "only {:.2} % of this input's variance is independent, the rest follows {other}: their effects cannot be separated",
+                "only {:.2} % of this input's variance is independent, and the rest follows {other}, so their effects cannot be separated",
                 100.0 * share
             ),
             Self::ProcessF(f, least) => format!("F-test of the input's effect: {f:.0}, at least {least:.0} needed: {}", match f < least {
@@ -103,7 +102,7 @@ impl Reason {
             }),
             Self::Early(samples) => early(*samples),
             Self::OtherDelay(better, delay) => format!("delay {better} fits better than {delay} ({})", setting("delay", better)),
-            Self::DirectFeedthrough => "the output responds to its input within one sample: there is direct feedthrough, or the input moves between its samples, or the output's stamps are too early"
+            Self::DirectFeedthrough => "the output responds to its input within one sample. Either there is direct feedthrough, or the input moves between its samples, or the output's stamps are too early"
                 .to_owned(),
             Self::FirstOrderHold(FirstOrderHold { lines, held }) => format!(
                 "the input moves on straight lines between its samples (first-order hold): cross-validated fit {:.2} %, {} \
@@ -115,11 +114,11 @@ impl Reason {
             Self::Residuals(finding, false) => residuals(finding, "the input"),
             Self::Feedback(later) => feedback(later),
             Self::NegativePole(pole) => negative_pole(pole),
-            Self::UnstablePole(pole) => format!("the pole at z = {} is unstable: its whole 95 % interval lies outside the unit circle", interval(pole)),
+            Self::UnstablePole(pole) => format!("the pole at z = {} is unstable, because its whole 95 % interval lies outside the unit circle", interval(pole)),
             Self::CancelledPole(pole) => format!("near pole-zero cancellation at z = {}: try a lower order", interval(pole)),
             Self::OtherOrder(other) => other_order(other),
             Self::FewSamples(samples, parameters) => format!(
-                "{samples} samples for {parameters} parameters: the model partly fits the noise; record for longer"
+                "{samples} samples are few for {parameters} parameters, so the model partly fits the noise. Record for longer"
             ),
         }
     }
@@ -191,7 +190,7 @@ fn two_stages(
         [staged, direct].map(|(size, deviation)| with_interval(size, SIGMAS_95 * deviation));
     let difference = match apart {
         Some(apart) => {
-            format!("{apart:.1} standard deviations apart: noise that returns through the feedback biases the direct fit")
+            format!("{apart:.1} standard deviations apart, so noise that returns through the feedback biases the direct fit")
         }
         None => {
             "no significant difference: noise that returns through the feedback does not bias the direct fit".to_owned()
@@ -209,7 +208,7 @@ fn in_band(band: (f64, f64), coherence: f64, cost: f64) -> String {
     let is_near = match cost <= ACCEPTED {
         true => "the transfer function matches the response",
         false => {
-            "the transfer function does not match the response: try another order, or the system is not linear"
+            "the transfer function does not match the response. Try another order, or the system is not linear"
         }
     };
     format!(
@@ -250,7 +249,7 @@ fn input_share(share: f64, is_too_little: bool) -> String {
     let rest = "the rest is free motion, drift or disturbance";
     match is_too_little {
         true => format!(
-            "{percent:.1} % of the output's variance comes from the input: {rest}; do not trust the gain"
+            "{percent:.1} % of the output's variance comes from the input: {rest}. Do not trust the gain"
         ),
         false => format!("{percent:.0} % of the output's variance comes from the input: {rest}"),
     }
@@ -267,7 +266,7 @@ fn gain_undetermined(gain: &Uncertain) -> String {
 
 fn early(samples: i64) -> String {
     format!(
-        "the model fits better if the output is {samples} sample{} before the input: the output is stamped too early, the input moves between its samples ({}), the data is closed-loop, or the system is not linear",
+        "the model fits better if the output is {samples} sample{} before the input. Possible causes: the output is stamped too early, the input moves between its samples ({}), the data is closed-loop, or the system is not linear",
         if samples == 1 { "" } else { "s" },
         setting("input_method", "foh")
     )
@@ -275,8 +274,7 @@ fn early(samples: i64) -> String {
 
 fn feedback(later: &Correlation) -> String {
     format!(
-        "residuals correlate with later inputs ({}): the data is closed-loop, and the model may be biased, or the output is \
-         stamped too early; give the loop's reference ({}) or use {}",
+        "residuals correlate with later inputs ({}). Either the data is closed-loop, so the model may be biased, or the output is stamped too early. Give the loop's reference ({}) or use {}",
         evidence(later),
         option("reference"),
         setting("method", "armax")
@@ -458,7 +456,7 @@ fn residuals(finding: &ResidualFinding, against: &str) -> String {
             evidence(earlier)
         ),
         ResidualFinding::Correlated(earlier) => format!(
-            "residuals correlate with {against} ({}): dynamics are missing, or not linear; try a higher order or another delay",
+            "residuals correlate with {against} ({}): dynamics are missing, or not linear. Try a higher order or another delay",
             evidence(earlier)
         ),
     }

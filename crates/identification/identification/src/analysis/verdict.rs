@@ -198,7 +198,7 @@ impl Verdict {
         let write = setting("model", "model.yaml");
         match self {
             Self::NoEffect => {
-                "excite the system more: a PRBS or steps that move the output well beyond its noise"
+                "excite the system more, with a PRBS or steps that move the output well beyond its noise"
                     .to_owned()
             }
             Self::Undetermined => format!(
@@ -213,11 +213,11 @@ impl Verdict {
             Self::FewSamples => "record for longer".to_owned(),
             Self::Drift { .. } => format!("subtract the drift: {}", setting("detrend", "line")),
             Self::ClosedLoop { .. } => format!(
-                "give the reference of the loop: {reference}, or compare {}",
+                "give the reference of the loop with {reference}, or compare with {}",
                 setting("method", "armax")
             ),
             Self::NotLinear { .. } => format!(
-                "fit input levels or times separately: {window}; or use your own equations: {}",
+                "fit input levels or times separately with {window}, or use your own equations with {}",
                 option("equations")
             ),
             Self::Disturbed { .. } => format!(
@@ -227,17 +227,17 @@ impl Verdict {
                 "record for longer or excite more to get narrower intervals; or write the model: {write}"
             ),
             Self::Unusable => format!(
-                "look at the page to see where the model fails: {page}; then choose a segment: {window}"
+                "look at the plots to see where the model fails: {page}. Then choose a segment with {window}"
             ),
             Self::Unsteady => format!("fit each segment separately: {window}"),
             Self::TimeDoubtful => format!(
-                "name the unit or column of the time: {}, {}; for a bag, name the clock: {}",
+                "name the unit or column of the time with {} or {}; for a bag, name the clock with {}",
                 option("time_unit"),
                 option("time"),
                 setting("stamp", "log")
             ),
             Self::Mixed => format!(
-                "record each publisher under a separate name, or choose one publisher: {}, {}",
+                "record each publisher under a separate name, or choose one publisher with {} and {}",
                 option("input"),
                 option("output")
             ),
@@ -250,7 +250,7 @@ impl Verdict {
                 "record steps, each held until the output settles".to_owned()
             }
             Self::ParametersUndetermined => {
-                "fix one of the parameters named above (fixed: VALUE), or record a manoeuvre that separates them"
+                "fix one of the parameters named above (fixed: VALUE), or record a manoeuvre that separates their effects"
                     .to_owned()
             }
             Self::DynamicsMissing => format!(
@@ -258,7 +258,7 @@ impl Verdict {
                 setting("method", "automatic")
             ),
             Self::Usable => format!(
-                "compare with another method: {}; to see the page: {page}",
+                "compare with another method, {}, or write the plots with {page}",
                 setting("method", "armax")
             ),
             Self::Good => format!("write the model for the simulator and the controller: {write}"),

@@ -61,7 +61,7 @@ impl Analysis {
                 option("order")
             ),
             Verdict::Usable => format!(
-                "record for longer, with every input moving separately; to see the page: {}",
+                "record for longer, with every input moving separately, or write the plots with {}",
                 setting("html", "model.html")
             ),
             _ => self.verdict.next(),

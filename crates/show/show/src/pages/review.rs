@@ -290,7 +290,7 @@ impl Review<'_> {
         Some(match (low..=high).contains(&crossover) {
             true => format!("the crossover, {at} rad/s, lies within {band}"),
             false => format!(
-                "the crossover, {at} rad/s, lies OUTSIDE {band}: the gains rely on the model's structure there. Next: also excite the plant near {at} rad/s"
+                "the crossover, {at} rad/s, lies OUTSIDE {band}, where the gains rely on the model's structure only. Next: also excite the plant near {at} rad/s"
             ),
         })
     }

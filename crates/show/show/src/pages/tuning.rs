@@ -304,7 +304,7 @@ pub(crate) fn verdict(of: &Tuning) -> String {
     match of.keeps_limits() {
         true => format!("Limits kept by {over}{stable}."),
         false => format!(
-            "LIMITS NOT KEPT by {over}{stable}. Next: let the method choose the speed of the loop: leave out {} and {}",
+            "LIMITS NOT KEPT by {over}{stable}. Next: leave out {} and {}, so that the method chooses the speed of the loop",
             option("closed_loop_time"),
             option("crossover")
         ),
