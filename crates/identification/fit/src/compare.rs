@@ -144,7 +144,7 @@ impl CompareOptions {
     }
 }
 
-/// The requested signal, or else the models' own.
+/// The requested signal, or else the signal named in the models.
 fn signal(
     models: &[(PathBuf, ModelFile)],
     asked: Option<&String>,
@@ -186,7 +186,7 @@ impl Compared {
         self.judgement.estimate.layout.structure.delay
     }
 
-    /// The poles in s, slowest first; of a pair the upper one.
+    /// The poles in s, slowest first; of a conjugate pair only the pole with positive imaginary part.
     #[must_use]
     pub fn poles(&self) -> Vec<Uncertain> {
         let mut poles = self.reading().continuous_poles().unwrap_or_default();

@@ -83,7 +83,7 @@ impl DataOptions {
         }
     }
 
-    /// These options for other files and folders.
+    /// Replaces the files and folders; the other options are kept.
     #[must_use]
     pub fn for_files(&self, paths: Vec<PathBuf>) -> Self {
         Self {

@@ -37,7 +37,7 @@ pub struct Declaration {
     pub(crate) kind: fn() -> Kind,
 }
 
-/// The allowed values, if the type allows more.
+/// The allowed values, if they are fewer than the type allows.
 #[derive(Debug)]
 pub enum Range {
     /// All values of the type.
@@ -70,7 +70,7 @@ pub struct Kind {
 /// Number of values that an option takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Takes {
-    /// None: the option is a flag.
+    /// No value, because the option is a flag.
     Nothing,
     /// One.
     One,

@@ -45,13 +45,13 @@ pub enum FitError {
         setting("process", forms())
     )]
     StructureOfProcess,
-    /// A form of process model with another method.
+    /// The form of a process model is given, but the method fits no process model.
     #[error("{} needs {}; {} uses {} and {}", option("process"), setting("method", "process"), .0.name(), option("order"), option("delay"))]
     NotProcess(Method),
-    /// A coherence with another method.
+    /// A coherence is given, but the method does not use a frequency response.
     #[error("{} needs {}, because method {} uses all frequencies", option("coherence"), setting("method", "frf"), .0.name())]
     NotFrequency(Method),
-    /// Separate numerators with the frequency method, which has one response for all segments.
+    /// Separate numerators are requested, but the frequency method has one response for all segments.
     #[error(
         "{} does not apply to {}, which computes one response for all segments. Fit each segment separately with {}",
         option("own_numerators"),
@@ -59,7 +59,7 @@ pub enum FitError {
         option("window")
     )]
     OneResponse,
-    /// Coefficients of a vehicle with a method that does not use them.
+    /// Coefficients of a vehicle are given, but the method does not use them.
     #[error(
         "{} and {} need {} or kalman",
         option("heave"),
@@ -67,7 +67,7 @@ pub enum FitError {
         setting("method", "vehicle")
     )]
     NoVehicle,
-    /// A number of numerator coefficients for a model without a denominator.
+    /// A number of numerator coefficients is given, but the model has no denominator.
     #[error(
         "{} fits a model without a denominator. Use {} for the number of coefficients",
         setting("method", "fir"),
@@ -81,10 +81,10 @@ pub enum FitError {
         setting("method", "fir")
     )]
     Order(usize),
-    /// A static gain with a method that cannot fit one.
+    /// A static gain is requested, but the method cannot fit one.
     #[error("{} is a static gain, which {} cannot fit. Use {} or more, or another method", setting("order", 0), setting("method", .0.name()), setting("order", 1))]
     NoStatic(Method),
-    /// A static curve together with options or a method that exclude one.
+    /// A static curve is requested together with options or a method that exclude a curve.
     #[error(
         "{} needs one input and a linear model without {}. Allowed values of {}: {}",
         option("curve"),
@@ -104,12 +104,12 @@ pub enum FitError {
     /// A signal is given twice.
     #[error("signal '{0}' is given twice; name each signal once")]
     Twice(String),
-    /// A method for one input and one output, with several.
+    /// The method is for one input and one output, but several are given.
     #[error(
         "{} is for one input and one output. For several, use automatic, output_error or box_jenkins: these methods choose order and delay of each channel", setting("method", .0)
     )]
     MethodOfSeveral(&'static str),
-    /// An option for one input and one output, with several.
+    /// The option is for one input and one output, but several are given.
     #[error("{} is for one input and one output. Leave it out, or name one {} and one {}", option(.0), option("input"), option("output"))]
     OfOne(&'static str),
     /// Several signals, but the fit is for one input and one output.
@@ -154,7 +154,7 @@ pub enum FitError {
     #[error(
         "{}: at no time are all outputs and their earlier inputs known. See each signal's times with planesman sysid topics, or join segments with a longer {}", .0, option("max_gap"))]
     NoStretch(String),
-    /// Options of the recursive methods with another method.
+    /// Options of the recursive methods are given with another method.
     #[error(
         "{} and {} apply only to recursive methods such as {}; {} uses all samples at once",
         option("forgetting"), option("initial_covariance"), setting("method", "recursive_least_squares"), .0.name()
@@ -227,7 +227,7 @@ pub enum FitError {
     Judgement {
         /// The model.
         model: PathBuf,
-        /// The record's sampling rate, Hz.
+        /// The model's sampling rate, Hz, to which the data can be resampled.
         rate: f64,
         /// Why.
         source: IdentificationError,

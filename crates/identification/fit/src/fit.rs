@@ -23,7 +23,7 @@ use crate::response;
 use crate::simulated::Simulated;
 use crate::trial::{Trial, ranked};
 
-/// An input that is so many times as fast as the grid moves within its samples: where, the record does not say, and the delay is known to a
+/// An input with this many samples per grid interval moves between the grid points. The record does not contain these times, so the delay is known to one
 /// sample at best.
 const FASTER: f64 = 1.5;
 
@@ -366,7 +366,7 @@ pub(crate) fn data_warnings(readings: &[&Reading]) -> Vec<Reason> {
     told
 }
 
-/// A verdict, downgraded by these findings.
+/// Downgrades a verdict if the findings cast doubt on the data.
 pub(crate) fn downgrade_verdict(readings: &[&Reading], verdict: Verdict) -> Verdict {
     let is_none = matches!(
         verdict,

@@ -166,7 +166,7 @@ impl MethodChoice {
         all
     };
 
-    /// The name and its line of help.
+    /// The name with its line of help.
     #[must_use]
     pub fn described(self) -> (&'static str, &'static str) {
         match self {
@@ -178,7 +178,7 @@ impl MethodChoice {
         }
     }
 
-    /// Names of the method in other software.
+    /// The names of the method in other software.
     #[must_use]
     pub fn also_known(self) -> &'static [&'static str] {
         let Self::One(method) = self else {

@@ -41,7 +41,7 @@ impl Expected {
 type Window = (f64, f64);
 
 impl GridOptions {
-    /// The options of each window; `rate` unless a rate is given.
+    /// The options of each window, with the grid's rate `rate` unless the options give a rate.
     fn of_windows(&self, rate: Option<f64>) -> Vec<Options> {
         let all = [(f64::NEG_INFINITY, f64::INFINITY)];
         let windows = match &self.window[..] {
@@ -59,7 +59,7 @@ impl GridOptions {
         windows.iter().map(of).collect()
     }
 
-    /// These options for other windows.
+    /// Replaces the windows; the other options are kept.
     pub(crate) fn within(&self, window: Vec<Window>) -> Self {
         Self {
             window,
@@ -67,13 +67,13 @@ impl GridOptions {
         }
     }
 
-    /// These options with the grid's rate in Hz, unless a rate is given.
+    /// Sets the grid's rate, Hz, unless a rate is given.
     pub(crate) fn at_rate(mut self, rate: f64) -> Self {
         self.rate.get_or_insert(rate);
         self
     }
 
-    /// These options, but outputs are averaged about each instant, if a record was decimated without a given rate.
+    /// Averages the outputs about each instant if a record was decimated without a given rate.
     pub(crate) fn averaged_where_decimated(&self, record: &PreparedRecord) -> Option<Self> {
         let decimated = record
             .steps

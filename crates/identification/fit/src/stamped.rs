@@ -187,7 +187,7 @@ impl FitOptions {
 }
 
 impl StampedRuns {
-    /// A verdict, downgraded by findings about the clock, and the reasons.
+    /// Downgrades a verdict by findings about the clock; returns it with the reasons.
     pub(crate) fn doubts(&self, verdict: Verdict) -> (Verdict, Vec<Reason>) {
         let readings: Vec<&Reading> = self.readings.iter().collect();
         (

@@ -54,7 +54,7 @@ impl StepsInWords {
         sum / (to - from)
     }
 
-    /// Inserts it as the first input of a record.
+    /// Inserts this input as the first input of a record.
     pub(crate) fn put_into(&self, prepared: &mut PreparedRecord) {
         let resampled = &mut prepared.resampled;
         let span = resampled.outputs.first().and_then(|it| it.timing.span);
@@ -180,7 +180,7 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// The text after a word, if that word is next.
+    /// Returns the text after a word, if that word is next.
     fn behind(&self, word: &str) -> Option<&'a str> {
         let rest = self.rest.strip_prefix(word)?;
         rest.starts_with(char::is_whitespace)

@@ -96,11 +96,11 @@ const MOST_KEPT: usize = 1 << 19;
 const SEGMENTS: usize = 20;
 /// An input counts as steps if it has at least this many samples for each change of value.
 const STEPS: usize = 20;
-/// The share of the squared error that a second input has to remove to be proposed beside the first.
+/// A second input is proposed if it removes at least this share of the squared error.
 const REMOVED: f64 = 0.2;
-/// The least share of a second input that the first one does not explain.
+/// Minimum share of a second input's variation that the first input must leave unexplained.
 const OWN: f64 = 0.2;
-/// The shortest record, s, of which the second half is tried by itself.
+/// In records at least this long, s, the second half is also tried alone.
 const LONG: f64 = 20.0;
 
 /// A signal by its name, with its rank among inputs or outputs.
@@ -273,7 +273,7 @@ pub(crate) fn suggestion<'s>(
     )))
 }
 
-/// The command that fits the first output to the first inputs, so many, and the others to choose from.
+/// The command that fits the first output to the first `joint` inputs, followed by the alternative signals.
 fn command(
     paths: &[PathBuf],
     (inputs, joint): (&[Ranked], usize),
@@ -390,8 +390,7 @@ impl<'d> Trial<'d> {
         self.refusal.get_or_insert_with(refusal);
     }
 
-    /// The first input, and those of the next two that move the output too: with such an input beside the first, the output is simulated with
-    /// clearly smaller errors.
+    /// The first input, and those of the next two inputs that also move the output: together with the first input they simulate it with clearly smaller errors.
     fn joint_inputs(&self, inputs: &[&str], output: &str) -> Vec<String> {
         let (first, others) = inputs.split_first().expect("an input was found");
         let error = |names: &[&str]| {
@@ -415,8 +414,8 @@ impl<'d> Trial<'d> {
         joint.into_iter().map(str::to_owned).collect()
     }
 
-    /// The outputs that go with an input, those first of which it accounts for most, to a tenth; places in space last, since they integrate
-    /// everything that moves the vehicle.
+    /// The outputs that an input explains, sorted by the explained share, rounded to a tenth. Positions come last, because they integrate everything that
+    /// moves the vehicle.
     fn going_with(&self, input: &str, outputs: &[Ranked]) -> Vec<Ranked> {
         let tried = outputs.iter().take(TRIED.1);
         let mut going: Vec<((bool, u8), Ranked)> = tried
@@ -604,8 +603,8 @@ fn is_of_the_system(path: &str) -> bool {
     })
 }
 
-/// Whether a name has the word between underscores, slashes and dots, with or without a number after it, or one that begins so: `thrusters`, `imu0`, `u2`. What a controller says is
-/// no control.
+/// Whether a name has the word between underscores, slashes and dots, with or without a number after it, or a longer word that begins with it:
+/// `thrusters`, `imu0`, `u2`. The word `controller` does not count as `control`.
 fn has(name: &str, word: &str) -> bool {
     let name = name.to_ascii_lowercase();
     let mut parts = name.split(|sign: char| !sign.is_ascii_alphanumeric());

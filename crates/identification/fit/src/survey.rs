@@ -29,7 +29,7 @@ const INSPECTED: usize = 4000;
 /// Maximum number of topics read.
 const TOPICS: usize = 1000;
 
-/// Minimum number of samples of a suggested signal.
+/// A suggested signal must have at least this many samples.
 const FEWEST: u64 = 50;
 
 /// Maximum number of message names counted per topic.
@@ -43,7 +43,7 @@ pub const SPARKS: usize = 24;
 pub struct Survey {
     /// All topics by name; a table counts as one topic.
     pub topics: Vec<TopicSurvey>,
-    /// Everything that could not be read or is not listed, and why.
+    /// Everything that could not be read or is not listed, with the reason.
     pub notes: Vec<String>,
     /// A first identification command with alternative signals; `None` if no signals look like an input and an output, or before [`Survey::suggest`].
     pub suggestion: Option<String>,
@@ -504,7 +504,7 @@ impl TopicScan {
     }
 }
 
-/// A hash of a message's contents, with the next value added.
+/// Adds the next value to a hash of a message's contents.
 fn mixed(content: u64, value: f64) -> u64 {
     const ODD: u64 = 0x9e37_79b9_7f4a_7c15;
     (content.rotate_left(5) ^ value.to_bits()).wrapping_mul(ODD)

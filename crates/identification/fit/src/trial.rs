@@ -25,7 +25,7 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// The model, if there is one.
+    /// The model, if the method found one.
     #[must_use]
     pub fn found(&self) -> Option<&Analysis> {
         self.outcome.as_ref().ok()

@@ -11,7 +11,7 @@ use crate::error::{IdentificationError, Result};
 /// Singular values below this share of the largest count as zero.
 const RANK_TOLERANCE: f64 = 1e-13;
 
-/// Rows factorised at a time, so that the memory does not grow with the record.
+/// Number of rows factorised at a time; it limits the memory, which would otherwise grow with the record.
 const BLOCK: usize = 4096;
 
 /// `Phi = Q R`, with `z = Q'y`: the sufficient statistics of a least-squares problem.
@@ -82,7 +82,7 @@ impl Triangle {
         self.rows += count;
     }
 
-    /// The same problem with each parameter j divided by `scales[j]`.
+    /// Scales the problem: each parameter j is divided by `scales[j]`.
     #[must_use]
     pub fn scaled(mut self, scales: &[f64]) -> Self {
         for (mut column, scale) in self.r.column_iter_mut().zip(scales) {
@@ -91,7 +91,7 @@ impl Triangle {
         self
     }
 
-    /// The same problem with `|root theta|^2` added to the cost.
+    /// Adds the regularisation `|root theta|^2` to the cost.
     #[must_use]
     pub fn damped(mut self, root: f64) -> Self {
         let p = self.z.len();
@@ -138,7 +138,7 @@ impl Triangle {
         Ok(&factor * factor.transpose())
     }
 
-    /// `R^-1`: a factor F of that covariance, `F F'`.
+    /// `R^-1`: a factor F of the unit covariance, which is `F F'`.
     ///
     /// # Errors
     /// Like [`Triangle::solution`].

@@ -33,7 +33,7 @@ pub struct GivenModel {
     pub offset: f64,
     /// The input at which the output of an integrating model is constant, input unit.
     pub input_level: f64,
-    /// Place where the noise enters.
+    /// Whether the noise enters the equation or the output.
     pub error: Error,
     /// The variance of the noise `e`, output unit squared.
     pub noise_variance: f64,
@@ -54,7 +54,7 @@ pub struct Judgement {
     pub segments: Vec<usize>,
     /// The longest segment, as an index into `segments`.
     pub longest: usize,
-    /// The simulated output of each, output unit.
+    /// The simulated output of each used segment, output unit.
     pub simulated: Vec<Vec<f64>>,
     /// The fit of the simulations, %; `None` if the output is constant, or a simulation diverges.
     pub fit: Option<f64>,
@@ -164,7 +164,7 @@ impl GivenModel {
         })
     }
 
-    /// The same model for this many records, each with an initial motion of 0.
+    /// The model as an estimate for `runs` records, each with an initial motion of 0.
     ///
     /// # Errors
     /// [`IdentificationError`]: a model without coefficients.

@@ -5,7 +5,7 @@
 //! G(z) = sum r_i / (z - p_i)   <->   G(s) = sum R_i / (s - s_i)
 //! s_i = ln(p_i) / T,   r_i = R_i (p_i - 1) / s_i   (R_i T at s_i = 0)
 //! ```
-//! which is exact. A pole on the negative real axis or at 0 cannot be converted: no continuous system has one.
+//! which is exact. A pole on the negative real axis or at 0 cannot be converted, because no continuous-time system has such a sampled pole.
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix3};
 use planesman_linear::{

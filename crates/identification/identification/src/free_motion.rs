@@ -57,7 +57,7 @@ pub(crate) fn free_motion(left: &[f64], denominator: &[f64]) -> Option<Vec<f64>>
     Some(found.iter().zip(sizes).map(|(m, size)| m / size).collect())
 }
 
-/// The sum of squares of `left` after its first `before` samples, minus the free motion fitted to those; `None` if it diverges.
+/// The sum of squares of `left` after its first `before` samples, minus the free motion fitted to these samples; `None` if the motion diverges.
 pub(crate) fn carried_on(left: &[f64], before: usize, denominator: &[f64]) -> Option<f64> {
     let mut impulse = free_motion(left.get(..before)?, denominator)?;
     impulse.resize(left.len(), 0.0);

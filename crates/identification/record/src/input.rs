@@ -20,8 +20,8 @@ impl Input {
         }
     }
 
-    /// From evenly spaced samples, the first at the interval's beginning and the last at its end, linear in between: the mean by the
-    /// trapezoid rule, the moment exactly. A single sample is held. `None` without samples.
+    /// An input from evenly spaced samples, linear in between; the first is at the interval's beginning, the last at its end. The mean follows the
+    /// trapezoid rule; the moment is exact. A single sample is held. `None` without samples.
     #[must_use]
     pub fn through(samples: &[f64]) -> Option<Self> {
         match samples {

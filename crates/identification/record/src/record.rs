@@ -1,7 +1,7 @@
 //! A record: inputs and outputs on one uniform grid of instants, the form that every estimator uses.
 //!
-//! A record is a list of *segments*, each without a gap. Between two segments data is missing, or a new run begins: an estimator restarts
-//! its history at each, and the parameters are common to all. Several runs of one vehicle form one record in the same way.
+//! A record is a list of *segments*, each without a gap. Between two segments data is missing, or a new run begins: an estimator restarts its history at
+//! each segment, and all segments have the same parameters. Several runs of one vehicle form one record in the same way.
 //!
 //! Within a segment the output is known at the instants `t_k = start + k * sample_time`, and
 //! `inputs[..][k]` acts over the interval from t_k to t_(k+1).
@@ -48,7 +48,7 @@ pub struct Segment {
     pub start: i64,
     /// `past[i]`: input i over the intervals before the first instant, latest last, if they are known. Empty, or one list for each input.
     pub past: Vec<Vec<f64>>,
-    /// `inputs[i][k]`: input i over the interval that begins at instant k. All as long as the outputs.
+    /// `inputs[i][k]`: input i over the interval that begins at instant k. All lists are as long as the outputs.
     pub inputs: Vec<Vec<f64>>,
     /// `outputs[i][k]`: output i at instant k.
     pub outputs: Vec<Vec<f64>>,
@@ -61,7 +61,7 @@ impl Segment {
         self.outputs.first().map_or(0, Vec::len)
     }
 
-    /// The part of its instants from `first` up to `end`; earlier inputs become its past.
+    /// The part of the segment with the instants from `first` up to `end`; earlier inputs become its past.
     #[must_use]
     pub fn part(&self, first: usize, end: usize, sample_time: f64) -> Self {
         let cut = |lists: &[Vec<f64>]| lists.iter().map(|it| it[first..end].to_vec()).collect();
@@ -211,7 +211,7 @@ impl Record {
             .collect()
     }
 
-    /// The segment with the most instants; of several the earliest.
+    /// The segment with the most instants; if several are equally long, the earliest.
     #[must_use]
     pub fn longest(&self) -> Option<&Segment> {
         self.segments

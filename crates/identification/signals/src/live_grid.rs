@@ -18,7 +18,7 @@ use crate::align::WINDOW;
 use crate::channel::Method;
 use crate::gridder::{Grid, Gridder, Onto, Put};
 
-/// How long to wait for an input that lags the newest output, in intervals: half of the aligner's wait.
+/// Maximum wait for an input that is later than the newest output, in intervals: half of the aligner's wait.
 const PATIENCE: i64 = WINDOW / 2;
 
 /// Maximum number of intervals filled at once or stored; more is a gap.

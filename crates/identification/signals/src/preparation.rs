@@ -23,7 +23,7 @@ const HAMPEL_SIDE: usize = 5;
 /// An outlier is this many times farther from the median than usual samples of its kind.
 const OUTLIER_FACTOR: f64 = 6.0;
 
-/// The same for an input, which may consist of pulses.
+/// The outlier factor for an input, which may consist of pulses.
 const INPUT_OUTLIER_FACTOR: f64 = 20.0;
 
 /// Number of samples after a change of the input, and at the beginning, that are treated separately: their medians include values from before and

@@ -173,7 +173,7 @@ fn listed(latencies: &[(String, f64)]) -> String {
     each.collect::<Vec<_>>().join(", ")
 }
 
-/// How much later than their stamps the topics' messages were received, and the effect on a model; `None` if all delays are equal, or their
+/// The delay from the stamps of the topics' messages to their reception, and its effect on a model; `None` if all delays are equal, or their
 /// clocks cannot be compared.
 pub(crate) fn lag(latencies: &[(String, f64)], clock: Clock) -> Option<String> {
     let (least, most) = range(latencies)?;

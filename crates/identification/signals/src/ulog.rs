@@ -72,7 +72,7 @@ struct Subscription {
     plan: Option<Rc<Plan>>,
 }
 
-/// How data is read.
+/// The settings for reading data.
 struct Plan {
     stamp: Option<Place>,
     names: Rc<[String]>,

@@ -119,7 +119,7 @@ impl PlantResponse {
             .collect()
     }
 
-    /// The same with the controller's response at the plant's frequencies given.
+    /// The margins, computed from a given response of the controller at the plant's frequencies.
     pub(crate) fn margins_with(
         &self,
         controller: &Controller,
@@ -177,7 +177,7 @@ impl Limits {
             && by.sensitivity <= self.sensitivity
     }
 
-    /// By how much a loop misses them, for searches. For an unstable loop this is [`UNSTABLE`] plus a value that grows with its poles, for
+    /// The amount by which a loop misses the limits, for searches. For an unstable loop this is [`UNSTABLE`] plus a value that grows with its poles, for
     /// others the sum of the relative deficits; 0 if all are satisfied.
     #[must_use]
     pub(crate) fn missed_by(&self, seen: &PlantResponse, controller: &Controller) -> f64 {

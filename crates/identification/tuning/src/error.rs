@@ -46,7 +46,7 @@ pub enum TuneError {
         "the input acts on the output of the same sample, but a controller must read the output first. Give the delay from the sample to its command: {}", setting("computing_delay", format_args!("{}s", .0))
     )]
     Feedthrough(f64),
-    /// Another tick than the model's, but no continuous counterpart.
+    /// The tick differs from the model's sampling interval, but the model has no equivalent in continuous time.
     #[error(
         "the model has no equivalent in continuous time ({source}): use its own sample time, {}, and whole samples of {}",
         setting("period", sample_time),

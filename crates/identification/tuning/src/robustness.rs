@@ -18,7 +18,7 @@ const INSTANTS: usize = 400;
 /// A quantity over the plants: its value for the model itself, and for the random plants.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Distribution {
-    /// Of the model itself.
+    /// The value for the model itself.
     pub model: f64,
     /// For the random plants, sorted; infinite values at the ends.
     pub sorted: Vec<f64>,
@@ -54,9 +54,9 @@ impl Distribution {
 /// Margins of the loop with the model and with random plants drawn from the model's uncertainty.
 #[derive(Clone, Debug)]
 pub struct Robustness {
-    /// Of the model itself.
+    /// The value for the model itself.
     pub model: Margins,
-    /// Of the random plants.
+    /// The margins of the random plants.
     pub draws: Vec<Margins>,
 }
 
@@ -133,7 +133,7 @@ impl Robustness {
 pub struct Band {
     /// s
     pub times: Vec<f64>,
-    /// Of the model itself.
+    /// The value for the model itself.
     pub model: Vec<f64>,
     /// The 5 % and 95 % quantiles of the random plants; without any the model's own.
     pub range: Vec<(f64, f64)>,

@@ -67,7 +67,7 @@ pub(crate) fn unpacked(file: PathBuf) -> PathBuf {
     }
 }
 
-/// What a folder without `.mcap` files contains instead, with the next command.
+/// The other contents of a folder without `.mcap` files, with the next command.
 pub(crate) fn instead(folder: &Path) -> String {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let paths = entries.map(|entry| entry.path());

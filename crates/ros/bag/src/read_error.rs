@@ -36,7 +36,7 @@ pub enum ReadError {
         /// The file.
         path: PathBuf,
     },
-    /// Not an MCAP file.
+    /// The file is not an MCAP file.
     #[error(
         "{path} is not an MCAP file but {found}; a bag is a folder, its metadata.yaml, or a .mcap file"
     )]
@@ -65,7 +65,7 @@ pub enum ReadError {
     NoMcap {
         /// The folder.
         path: PathBuf,
-        /// What the file contains instead, and the next command, if known.
+        /// The actual content of the file, with the next command if one is known.
         instead: String,
     },
     /// Files that are not the parts of one bag.

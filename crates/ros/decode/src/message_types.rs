@@ -19,7 +19,7 @@ const MAX_TYPES: usize = 1000;
 /// Why a message type is unknown.
 #[derive(Debug, thiserror::Error)]
 pub enum TypeError {
-    /// Not the name of a message type.
+    /// The text is not the name of a message type.
     #[error("'{0}' is not a message type; package/msg/Type is expected")]
     NotAType(String),
     /// A type that uses too many other types.

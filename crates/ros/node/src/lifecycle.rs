@@ -104,14 +104,14 @@ fn description(&(id, label, from, to): &Edge) -> TransitionDescription {
 }
 
 impl Lifecycle {
-    /// Of a node that is not managed: always active.
+    /// The lifecycle of a node that is not managed: the node is always active.
     pub(crate) fn unmanaged() -> Self {
         Self {
             state: Rc::new(Cell::new(State::PRIMARY_STATE_ACTIVE)),
         }
     }
 
-    /// Of a managed node: initially unconfigured.
+    /// The lifecycle of a managed node, which is initially unconfigured.
     pub(crate) fn managed() -> Self {
         Self {
             state: Rc::new(Cell::new(State::PRIMARY_STATE_UNCONFIGURED)),

@@ -439,7 +439,7 @@ struct Lately {
 }
 
 impl Throttle {
-    /// One warning per subject and `period`.
+    /// Limits the warnings to one per subject and `period`.
     #[must_use]
     pub fn new(period: Duration) -> Self {
         Self::of(1, period)

@@ -1,4 +1,4 @@
-//! Which topics a recorder writes into its bag, and how.
+//! Selection of the topics that a recorder writes into its bag, and the recording options.
 //!
 //! - [`parameters`]: folder, compression, flush interval, splitting, topics.
 //! - [`in_bag()`]: a topic of the loop with its QoS.

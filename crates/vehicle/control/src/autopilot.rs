@@ -24,15 +24,15 @@ use crate::pitch_loop::{PitchLoop, PitchTerms};
 /// The loops that are closed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum Mode {
-    /// None: planes, rudder and thrust are neutral.
+    /// No loop is closed: planes, rudder and thrust are neutral.
     Off,
-    /// None for the planes: they follow the test signals.
+    /// No loop commands the planes: they follow the test signals.
     OpenLoop,
     /// Pitch.
     Pitch,
     /// Depth.
     Depth,
-    /// None for the planes: the thrusters hold place, depth and heading.
+    /// No loop commands the planes: the thrusters hold position, depth and heading.
     Hover,
 }
 

@@ -74,7 +74,7 @@ impl Path {
 /// The rudder's manoeuvre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
 pub enum Turning {
-    /// None: the heading loop commands the rudder.
+    /// No manoeuvre: the heading loop commands the rudder.
     None,
     /// A constant angle.
     Circle,

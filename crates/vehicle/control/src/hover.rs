@@ -46,7 +46,7 @@ pub struct HoverParameters {
     /// Acceleration per error of a velocity or rate of turn.
     #[parameter(default = 2.5, unit = "1/s", range = 0.0..=100.0)]
     pub velocity_p: f64,
-    /// The same of the integral.
+    /// Acceleration per time integral of the error of a velocity or rate of turn.
     #[parameter(default = 0.6, unit = "1/s^2", range = 0.0..=100.0)]
     pub velocity_i: f64,
 }

@@ -27,7 +27,7 @@ pub struct AntiWindup {
 }
 
 impl AntiWindup {
-    /// The same settings, after checking that the strategy's parameters are given.
+    /// Checks that the strategy's parameters are given, and returns the settings unchanged.
     ///
     /// # Errors
     /// [`ParameterError::TrackingTime`].

@@ -35,7 +35,7 @@ pub enum Signal {
     None,
     /// A constant offset.
     Step,
-    /// One offset of length `period`.
+    /// A single offset that lasts for `period`.
     Pulse,
     /// One offset to each side, with a total length of `period`.
     Doublet,

@@ -464,7 +464,7 @@ impl CompressibleSliding {
         (moved, self.steady_velocity + after[1], after[0] - before[0])
     }
 
-    /// The same integrals as [`ClosedForm::integrals`]. The deviation after t is even d + odd n, where d is the deviation at the start and n = (A -
+    /// Computes the integrals of [`ClosedForm::integrals`]. The deviation after t is even d + odd n, where d is the deviation at the start and n = (A -
     /// mu I) d. Its square needs the integrals of even^2, even odd and odd^2.
     fn integrals(&self, t: f64, start: &State, end: &State, area: f64) -> Integrals {
         let [dw, dv] = self.deviations(start);

@@ -286,7 +286,7 @@ impl Metering {
         }
     }
 
-    /// The same flow by its paths, for a piece of the present cycle that begins at `from`.
+    /// Splits the flow into its paths, for a piece of the present cycle that begins at `from`.
     pub(crate) fn flows(&self, from: f64, piece: &Piece) -> Flows {
         let mut metered = [[0.0; 2]; 2];
         self.flowing(from, piece.until, |valve, flow| {

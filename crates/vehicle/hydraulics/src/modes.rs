@@ -14,7 +14,7 @@
 
 use crate::actuator_set::ActuatorSet;
 
-/// One of two directions.
+/// The direction of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// To the right: dive.

@@ -101,7 +101,7 @@ pub fn load(name_or_path: &str) -> Result<Vehicle, VehicleError> {
     load_on(name_or_path, BRUNNER)
 }
 
-/// The same, but the file may also be that of an identified model; the vehicle `base` then gives the missing data ([`identified`]).
+/// Loads a vehicle; the file may also be that of an identified model. The vehicle `base` then gives the missing data ([`identified`]).
 ///
 /// # Errors
 /// Same as [`load`].
@@ -119,7 +119,7 @@ pub fn load_on(name_or_path: &str, base: &str) -> Result<Vehicle, VehicleError> 
     })
 }
 
-/// Geometry of the vehicle that [`load_on`] loads; `None` if its file has no geometry. For an identified model it is the base's.
+/// Geometry of the vehicle that [`load_on`] loads; `None` if its file has no geometry. For an identified model it is the geometry of `base`.
 ///
 /// # Errors
 /// Same as [`load`].
@@ -151,7 +151,7 @@ fn plane_names() -> String {
     names.join(", ")
 }
 
-/// The same names, and the names of [`crate::six_dof`].
+/// The names of built-in vehicles of the vertical plane, and of [`crate::six_dof`].
 fn names() -> String {
     let six: Vec<&str> = six_dof::built_in().collect();
     format!(

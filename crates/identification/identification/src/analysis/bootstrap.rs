@@ -17,9 +17,9 @@ use crate::uncertainty::Reading;
 use planesman_parallel::on_all_cores;
 use planesman_record::{Run, filter};
 
-/// Number of samples that the simulated noise starts before the record.
+/// Number of samples by which the simulated noise starts before the record.
 const LEAD: usize = 500;
-/// Minimum share of refits that must succeed.
+/// Minimum share of the simulated records whose fit must succeed.
 const SUCCEED: f64 = 0.9;
 
 /// A 95 % interval.
@@ -179,7 +179,7 @@ impl Simulated {
     }
 }
 
-/// For each pole the nearest pole of the other model; each is used once.
+/// Pairs each pole with the nearest pole of the other model; each pole is used once.
 fn paired(own: &[(f64, f64)], others: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut left = others.to_vec();
     own.iter()
@@ -192,7 +192,7 @@ fn paired(own: &[(f64, f64)], others: &[(f64, f64)]) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// The middle 95 % of values, as an interval.
+/// The interval that contains the middle 95 % of the values.
 fn middle(mut values: Vec<f64>) -> Interval {
     values.sort_by(f64::total_cmp);
     let at = |share: f64| {

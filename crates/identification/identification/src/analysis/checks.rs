@@ -21,9 +21,9 @@ const TREND: f64 = 3.3;
 const SEEN: f64 = 0.03;
 const LASTS: f64 = 0.1;
 const HARDLY: f64 = 0.3;
-/// Number of samples by which the input may act later than in the model, when the residual is tested for a straight line.
+/// Samples by which the input may act later than in the model, in the test of the residual for a straight line.
 const MORE_LAGS: usize = 4;
-/// Share of the output's range within which the output counts as constant.
+/// The output counts as constant while its changes stay below this share of its range.
 const STANDS_STILL: f64 = 0.05;
 
 /// The part of the output that the input explains.
@@ -82,7 +82,7 @@ pub(super) fn part_of_input(found: &Estimate, number: usize, run: Run<'_>) -> Op
     (total > 0.0 && share.is_finite()).then_some(InputPart { share, f })
 }
 
-/// The same for a curve after the dynamics: relative to the output's squares about their mean.
+/// The part that the input explains with a curve after the dynamics, relative to the output's squares about their mean.
 fn part_behind_curve(found: &Estimate, number: usize, run: Run<'_>) -> Option<InputPart> {
     let structure = &found.layout.structure;
     let unknown = found.unknown(run).min(run.outputs.len());
@@ -105,7 +105,7 @@ fn slow_variance(found: &Estimate, number: usize, run: Run<'_>) -> Option<f64> {
     Some(slow_variance_of(errors, found.theta.len())).filter(|it| *it > 0.0)
 }
 
-/// The same, corrected for this number of parameters.
+/// The variance of [`slow_variance`], corrected for this number of parameters.
 fn slow_variance_of(left: &[f64], parameters: usize) -> f64 {
     let d = whitening([left].into_iter());
     let white = whitened(&d, left);

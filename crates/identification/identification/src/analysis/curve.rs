@@ -17,9 +17,9 @@ use planesman_record::Record;
 const NOT_DETERMINED: IdentificationError = IdentificationError::Undetermined(
     "the record does not determine this kind of curve, because the input takes too few distinct values",
 );
-/// Minimum share of the squared error that a cause must explain, so that its curve is tried.
+/// A curve is tried if its cause explains at least this share of the squared error.
 pub(super) const WORTH_A_TRY: f64 = 0.4;
-/// Without evidence for a curve: maximum share of the linear model's squared error that a curve with approximate breakpoints may leave.
+/// Without evidence for a curve, a curve with approximate breakpoints may leave at most this share of the linear model's squared error.
 const MAY_CURE: f64 = 0.7;
 /// Breakpoints tried for a curve of unknown position, as quantiles of the samples.
 const PLACES: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
@@ -34,13 +34,13 @@ const DWELT: f64 = 0.08;
 const CLIPPED: usize = 5;
 const CLIPPED_FROM: f64 = 0.05;
 const MORE_OFTEN: f64 = 2.5;
-/// Slope next to a slope of 1, at which the search begins.
+/// The search begins with this slope next to a slope of 1.
 const SLIGHTLY_BENT: f64 = 0.5;
 /// A parameter within this number of standard deviations from 0 may be 0.
 const SIGNIFICANT: f64 = 1.96;
 
 planesman_wording::choices! {
-    /// Which curve is tried.
+    /// The static curve to try.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum CurveChoice {
         #[default]
@@ -58,7 +58,7 @@ planesman_wording::choices! {
 }
 
 impl CurveChoice {
-    /// The choice for a cause, if that cause is a curve.
+    /// The curve to try for a cause of the error; `None` if the cause is not a curve.
     pub(super) const fn of(cause: &Cause) -> Option<Self> {
         Some(match cause {
             Cause::Input(StaticCurve::DeadZone { .. }) => Self::DeadZone,
@@ -336,10 +336,10 @@ fn of_best_kind(problem: &Problem<'_>, starts: &[StaticCurve], most: f64) -> Res
     of_least_criterion(found.collect()).ok_or(NOT_DETERMINED)
 }
 
-/// A curve of the input, before the dynamics.
+/// A static curve at the input, before the dynamics.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Front<'a> {
-    /// The record before the input passes the curve.
+    /// The record, with the input as measured, before the curve.
     pub(super) record: &'a Record,
     /// The curve.
     pub(super) curve: &'a FittedCurve,

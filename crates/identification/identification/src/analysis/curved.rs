@@ -18,7 +18,7 @@ use planesman_wording::setting;
 
 /// Maximum order of the dynamics in the first search for a curve.
 const SIMPLE: usize = 2;
-/// A simulation with this error, %, is not usable.
+/// A simulation whose error is at least this, %, is not usable.
 const UNUSABLE: f64 = 100.0 - USABLE;
 /// Maximum error of the held-out simulation with a curve, relative to the linear model's error.
 const BETTER: f64 = 0.8;
@@ -32,7 +32,7 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
     analysed(record, options, None)
 }
 
-/// The same with a separate validation record on the same grid: the held-out fit and the predictions are computed on that record, and the model does
+/// Analyses with a separate validation record on the same grid: the held-out fit and the predictions are computed on that record, and the model does
 /// not use it.
 ///
 /// # Errors
@@ -113,11 +113,11 @@ fn for_structure(options: &Options) -> Options {
     }
 }
 
-/// Curves on one side of the dynamics that are tried.
+/// The curves to try on one side of the dynamics.
 struct Attempt {
     side: Side,
     starts: Vec<StaticCurve>,
-    /// Whether the linear model's error suggests these curves; other curves must reduce the error to the noise.
+    /// Whether the linear model's error suggests these curves; if not, a curve must reduce the error to the noise.
     is_told: bool,
 }
 

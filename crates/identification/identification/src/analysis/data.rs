@@ -11,7 +11,7 @@ use crate::estimators::{LeastSquares, Method, TwoStages};
 use crate::structure::{Problem, Structure};
 use crate::validation::identifiability::{Following, following};
 
-/// A record with the choices that the options make for it.
+/// A record with the choices that follow from the options.
 pub(super) struct Data<'a> {
     pub(super) record: &'a Record,
     /// The record with the structure given by the options, before a search.

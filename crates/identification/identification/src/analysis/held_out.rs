@@ -7,7 +7,7 @@ use crate::estimators::Estimator;
 use crate::selection::criteria::first_part;
 use crate::structure::{Problem, variance};
 
-/// If noise limits every fit to this value, %, the output hardly moves beyond the noise.
+/// The output hardly moves beyond the noise if noise limits every fit to at most this, %.
 const UNINFORMATIVE_FIT: f64 = 10.0;
 /// A fit this close, %, to the limit set by noise counts as equally good.
 const AS_GOOD: f64 = 3.0;

@@ -36,9 +36,9 @@ const AS_THE_NOISE: f64 = 1.5;
 /// Thresholds above which a significant correlation matters: its size, and the share of the output's variation involved.
 const MATTERS: f64 = 0.05;
 const MATTERS_IN_OUTPUT: f64 = 1e-3;
-/// Above this fit, %, the residual is too small to bias a model through feedback.
+/// Fit, %, above which the residual is too small to bias a model through feedback.
 const LEAVES_LITTLE: f64 = 99.0;
-/// With fewer samples per parameter, a fit partly fits the noise.
+/// Minimum number of samples per parameter; with fewer, the model partly fits the noise.
 pub const SAMPLES_PER_PARAMETER: usize = 10;
 /// Maximum ratio of the error with half the record left out to the error with a fifth left out.
 pub(crate) const STEADY: f64 = 4.0;
@@ -48,7 +48,7 @@ const KNOWN: f64 = 0.5;
 const SMALL: f64 = 0.05;
 /// Above this fit, %, the data counts as free of noise.
 const ALL_BUT_ROUNDING: f64 = 99.9999;
-/// The response is determined if its 95 % interval is below this share of the largest response.
+/// A frequency response is determined if its 95 % interval is below this share of the largest response.
 const DETERMINED: f64 = 0.25;
 /// A pole in z whose 95 % interval is below this size is precisely known.
 pub(crate) const PRECISE: f64 = 0.1;
@@ -124,7 +124,7 @@ impl Analysis {
         })
     }
 
-    /// A choice at the limit of the search range.
+    /// Reports an order or delay at the limit of the search range.
     fn limits_of_search(&self) -> Vec<Reason> {
         let s = &self.estimate.layout.structure;
         let (orders, delays) = match (
@@ -217,7 +217,7 @@ impl Analysis {
         Some(chosen.fit())
     }
 
-    /// The cause of the error, with times relative to the record.
+    /// Reports the cause of the error, with times relative to the record.
     fn beyond(&self, record: &Record) -> Option<Reason> {
         let finding = self.finding.clone()?;
         let number = self.segments[self.longest];
@@ -228,7 +228,7 @@ impl Analysis {
         })
     }
 
-    /// A delay that is physically impossible, or better than the model's.
+    /// Reports a delay that is physically impossible, or that fits better than the model's delay.
     fn delay(&self) -> Option<Reason> {
         let (lag, delay) = (self.lag?, self.estimate.layout.structure.delay);
         if self.is_early() {
@@ -257,7 +257,7 @@ impl Analysis {
             .collect()
     }
 
-    /// Whether the record is long enough.
+    /// Reports a record with too few samples for the number of parameters.
     fn few_samples(&self) -> Option<Reason> {
         let process = self.estimate.process.as_ref();
         let parameters = process.map_or(self.estimate.theta.len(), |it| it.sought);
@@ -327,7 +327,7 @@ impl Analysis {
         }
     }
 
-    /// How much, %, the fit of a model with a curve is below the limit set by noise.
+    /// The amount, %, by which the fit of a model with a curve is below the limit set by noise.
     pub(super) fn curve_misses(&self) -> Option<f64> {
         self.curved.as_ref()?;
         let held = self.held_out.fit?;
@@ -470,7 +470,7 @@ impl Analysis {
         suspicious
     }
 
-    /// The parts of the record that were not used, or only for the fit.
+    /// Reports the parts of the record that were not used, or were used only for the fit.
     fn left_out(&self, record: &Record) -> Vec<Reason> {
         let (used, all) = (self.segments.len(), record.segments.len());
         let segments = (used < all).then(|| {
@@ -534,7 +534,7 @@ impl Analysis {
     }
 }
 
-/// Too few residuals for the number of parameters.
+/// Reports that there are too few residuals for the number of parameters.
 pub(crate) fn few_samples(residuals: &[Vec<f64>], parameters: usize) -> Option<Reason> {
     let samples: usize = residuals.iter().map(Vec::len).sum();
     (samples > 0 && samples < SAMPLES_PER_PARAMETER * parameters)

@@ -16,7 +16,7 @@ use crate::structure::{InitialState, Problem};
 use crate::validation::identifiability::Following;
 use planesman_record::Run;
 
-/// 95 % and 99.9 % of the chi-squared distribution with one degree of freedom.
+/// The 95 % and 99.9 % quantiles of the chi-squared distribution with one degree of freedom.
 const WITHIN: f64 = 3.841_459;
 const BEYOND_DOUBT: f64 = 10.827_566;
 /// Maximum number of samples by which a delay is moved, and by which the output may precede its input.
@@ -24,7 +24,7 @@ pub(crate) const FARTHEST: i64 = 20;
 const EARLIEST: i64 = -10;
 /// Maximum number of lags that replace a part of the delay.
 const MOST_LAGS: usize = 3;
-/// Maximum number of samples by which a delay may be longer while every output still counts.
+/// Up to this many samples of additional delay, every output of the record is used.
 const LATER: usize = 4;
 /// Sum of the lags' time constants relative to the replaced part of the delay; the model's own lags compensate for the rest.
 const LONGER: [f64; 3] = [1.0, 1.5, 0.7];
@@ -40,7 +40,7 @@ pub struct Lag {
     pub is_another: bool,
 }
 
-/// Equal lags before a model.
+/// First-order lags with equal time constants, in series before a model.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lags {
     count: usize,
@@ -53,13 +53,13 @@ impl Lags {
         pole: 0.0,
     };
 
-    /// This many lags that together have the mean delay of this many samples.
+    /// `count` lags with a total mean delay of `delay` samples.
     fn instead_of(delay: f64, count: usize) -> Self {
         let pole = delay / (delay + count as f64);
         Self { count, pole }
     }
 
-    /// An input after the lags; it starts from 0 if the record begins at rest, otherwise from its first value.
+    /// Filters an input by the lags. The state starts from 0 if the record begins at rest, otherwise from its first value.
     pub(crate) fn of(self, input: &[f64], rests: bool) -> Vec<f64> {
         let mut all = input.to_vec();
         for _ in 0..self.count {
@@ -139,7 +139,7 @@ impl<'a> Moved<'a> {
         self.outputs.len()
     }
 
-    /// The sum of squares of the smallest error at a delay, after these lags.
+    /// The minimum sum of squared errors with a given delay and these lags.
     fn cost(&self, delay: i64, lags: Lags) -> Option<f64> {
         if delay < self.earliest {
             return None;
@@ -171,14 +171,14 @@ impl<'a> Moved<'a> {
     }
 }
 
-/// The lag of an output-error model, from the longest record it was fitted to.
+/// The delay's interval of an output-error model, from the longest record that the model was fitted to.
 pub(super) fn lag(found: &Estimate, problem: &Problem<'_>, following: Following) -> Option<Lag> {
     let of = Moved::of(found, problem, following)?;
     let chosen = i64::try_from(of.one.structure.delay).ok()?;
     profile(chosen, of.samples(), |delay| of.cost(delay, Lags::NONE))
 }
 
-/// The same, including lags that replace a part of the delay.
+/// The delay's interval, including models whose lags replace a part of the delay.
 pub(super) fn with_lags(
     lag: Lag,
     found: &Estimate,

@@ -71,9 +71,9 @@ use crate::validation::nonlinearity::{self, Cause, Finding};
 use crate::validation::residuals::ResidualTests;
 use planesman_record::{Record, Run};
 
-/// If a fit is this much, %, below the limit set by noise, another kind of model is tried.
+/// Another kind of model is tried if the fit is this much, %, below the limit set by noise.
 const BELOW_NOISE: f64 = 5.0;
-/// If a fit is this much, %, below the limit set by noise, the cause of the error is searched.
+/// The cause of the error is searched if the fit is this much, %, below the limit set by noise.
 const ASKED_FROM: f64 = 2.0;
 
 /// The closed loop that contains the input.
@@ -141,9 +141,9 @@ pub struct Analysis {
 /// Position of a static curve relative to the linear dynamics.
 enum CurvePlacement<'a> {
     None,
-    /// A curve that the record's input has passed.
+    /// A curve at the input, which the record's input has passed.
     AtInput(curve::Front<'a>),
-    /// A curve of the output, after dynamics of a given structure.
+    /// A curve at the output, after dynamics of a given structure.
     AtOutput(Structure, Wiener),
 }
 
@@ -383,14 +383,14 @@ impl Analysis {
         beyond.or_else(|| clipped().or(oscillation).filter(|_| is_asked))
     }
 
-    /// Whether the noise would allow another model a better fit.
+    /// Whether the fit is below the limit set by noise, so that another model could fit better.
     fn is_below_noise(&self) -> bool {
         let fits = self.held_out.attainable.zip(self.held_out.fit);
         fits.is_some_and(|(attainable, held)| attainable - held > ASKED_FROM)
             && self.may_be_disturbed()
     }
 
-    /// Whether a disturbance may be searched in the residual.
+    /// Whether the residual may be searched for a disturbance.
     fn may_be_disturbed(&self) -> bool {
         self.closed_loop.is_none()
             && self.estimate.process.is_none()

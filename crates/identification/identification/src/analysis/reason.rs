@@ -26,7 +26,7 @@ pub enum Reason {
     SearchedInPart(usize, usize),
     /// Number of cross-validated models, the chosen model, and the model with the largest fit if that is larger.
     Selected(usize, Box<Candidate>, Option<Box<Candidate>>),
-    /// The same for several inputs, as a sentence.
+    /// The model that cross-validation selected for several inputs, as a sentence.
     SelectedOfSeveral(String),
     /// The order and delay chosen by criteria, and the next best order.
     Order(criteria::Candidate, Option<criteria::Candidate>),
@@ -49,7 +49,7 @@ pub enum Reason {
         /// The difference in standard deviations, if it is significant.
         apart: Option<f64>,
     },
-    /// The model is unstable; the fit of its predictions.
+    /// The model is unstable, so it is judged by its predictions; their fit, %.
     PredictedFit(f64),
     /// The simulated fit on held-out data.
     HeldOutFit(f64, FitRemark),
@@ -81,7 +81,7 @@ pub enum Reason {
     },
     /// The simulated fit on held-out data, %, with the initial state from the samples before it.
     Carried(f64),
-    /// The two halves of the record disagree.
+    /// A model of one half of the record does not fit the other half.
     Unsteady,
     /// The input's share of the output's variation, 0 to 1, and whether it is too small to determine the gain.
     InputShare(f64, bool),
@@ -101,7 +101,7 @@ pub enum Reason {
     DirectFeedthrough,
     /// A static curve before or after the dynamics.
     Curve(Curved),
-    /// How much, %, the fit with the curve is below the limit set by noise.
+    /// The amount, %, by which the fit with the curve is below the limit set by noise.
     CurveMisses(f64),
     /// The input moves on straight lines between its samples.
     FirstOrderHold(FirstOrderHold),
@@ -234,13 +234,13 @@ pub enum FitRemark {
 /// The result of the residual tests.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ResidualFinding {
-    /// White and uncorrelated; whether the model explains the data.
+    /// The residuals are white and uncorrelated with the input; whether the model explains the data.
     White(bool),
-    /// Uncorrelated but not white; whether the standard deviations are valid for this colour.
+    /// The residuals are uncorrelated with the input but not white; whether the standard deviations are valid for this colour.
     Coloured(Correlation, bool),
-    /// Correlated significantly, but little.
+    /// The residuals are correlated significantly, but little.
     LittleCorrelation(Correlation),
-    /// Correlated, but the input follows the output.
+    /// The residuals are correlated, but the input follows the output.
     InLoop(Correlation),
     /// Correlated.
     Correlated(Correlation),

@@ -33,7 +33,7 @@ pub struct Search {
     pub candidates: Vec<criteria::Candidate>,
     /// The cross-validated kinds, orders and delays, the chosen one first; empty for a requested method.
     pub selected: Vec<selection::Candidate>,
-    /// Evidence that the input moves between its samples, if found.
+    /// Evidence that the input moves between its samples; `None` without evidence.
     pub lines: Option<FirstOrderHold>,
     /// The result of leaving out, or keeping, a pole that a zero may cancel.
     pub other_order: Option<OtherOrder>,
@@ -59,7 +59,7 @@ pub struct FirstOrderHold {
 pub struct OtherOrder {
     /// Its order.
     pub order: usize,
-    /// Whether this model has such a pole, and the chosen model does not; otherwise the reverse.
+    /// Whether this model has the pole and the chosen model does not; `false` for the reverse.
     pub cancels: bool,
     /// The model's steady-state gain; `None` for a pole at z = 1.
     pub gain: Option<Uncertain>,
@@ -114,7 +114,7 @@ impl From<process::Chosen> for Chosen {
     }
 }
 
-/// Searches the properties that the options leave open; the output was constant (`stood`) until a step.
+/// Searches for the properties that the options leave open. `stood`: the output was constant until a step.
 pub(super) fn search(data: &Data<'_>, options: &Options, stood: bool) -> Result<Chosen> {
     let (problem, whole) = (&data.problem, data.on_noise_free_inputs(&data.problem));
     let part = whole.part().unwrap_or_else(|| whole.clone());
@@ -317,7 +317,7 @@ impl CrossValidation<'_> {
         })
     }
 
-    /// All data, with a given structure.
+    /// The problem of fitting a given structure to all data.
     fn whole(&self, structure: &Structure) -> Problem<'_> {
         Problem {
             structure: Structure {

@@ -257,7 +257,7 @@ impl Analysis {
         self.model().a.iter().all(|a| *a == 0.0)
     }
 
-    /// The modes of the poles, see [`Reading::modes`].
+    /// Prints the modes of the poles, see [`Reading::modes`].
     #[must_use]
     pub fn modes(&self) -> Vec<String> {
         self.reading().modes()
@@ -389,7 +389,7 @@ pub(crate) fn interval(it: &Uncertain) -> String {
     format!("{real}, ± ({imaginary}) i")
 }
 
-/// Lower and upper end of an interval.
+/// Prints the lower and upper end of an interval.
 fn span((least, most): &(f64, f64)) -> String {
     format!("{} to {}", significant(*least, 5), significant(*most, 5))
 }
@@ -473,7 +473,7 @@ pub(crate) fn percent(fit: Option<f64>) -> String {
     fit.map_or("none".to_owned(), |fit| format!("{fit:.2} %"))
 }
 
-/// A time, s, without digits below a nanosecond.
+/// Prints a time, s, without digits below a nanosecond.
 pub(crate) fn to_a_nanosecond(seconds: f64) -> f64 {
     (seconds * 1e9).round() / 1e9
 }

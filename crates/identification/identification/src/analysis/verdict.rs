@@ -12,7 +12,7 @@ pub const GOOD: f64 = 80.0;
 pub const USABLE: f64 = 50.0;
 
 planesman_wording::choices! {
-    /// Permitted use of a model.
+    /// The permitted use of a model.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Standing {
         /// It simulates well.

@@ -22,17 +22,17 @@ use crate::static_curve::{FittedCurve, StaticCurve};
 use crate::structure::{Problem, Structure, range};
 use planesman_record::Run;
 
-/// The step of difference quotients, as a share of the signal's range.
+/// Step of the difference quotients, as a share of the signal's range.
 const DIFFERENCE: f64 = 1e-3;
 /// Maximum number of steps in the search for a curve, and the share of the cost that a step must remove for another to follow.
 const STEPS: usize = 20;
 const SHARE: f64 = 1e-4;
 /// Squares of errors below this share of the largest candidate's are rounding.
 const ROUNDING: f64 = 1e-16;
-/// Number of passes from measured outputs to those before the curve.
+/// Number of iterations that convert measured outputs to outputs before the curve.
 const PASSES: usize = 8;
 
-/// The runs of a problem with other inputs.
+/// Replaces the inputs of a problem's runs.
 fn with_inputs<'a>(problem: &Problem<'a>, inputs: &'a [(Vec<f64>, Vec<f64>)]) -> Problem<'a> {
     let pairs = problem.runs.iter().zip(inputs);
     Problem {
@@ -331,7 +331,7 @@ impl Estimator for Wiener {
     }
 }
 
-/// Columns with their projection on other columns removed.
+/// Removes from columns their projection on other columns.
 fn beside(columns: &DMatrix<f64>, others: &DMatrix<f64>) -> Result<DMatrix<f64>> {
     if others.ncols() == 0 || columns.ncols() == 0 {
         return Ok(columns.clone());

@@ -265,7 +265,7 @@ impl Estimate {
         fit(carried_on(&left, before, &free)?, spread.sum_of_squares())
     }
 
-    /// The same with a curve after the dynamics, which hides the state: simulated from the beginning of the record.
+    /// The fit with a curve after the dynamics. The curve hides the state, so the simulation starts at the beginning of the record.
     fn fit_behind_curve(&self, run: usize, record: Run<'_>, from: usize) -> Option<f64> {
         let errors = self.simulation_errors(run, record);
         let from = from.max(self.unknown(record));

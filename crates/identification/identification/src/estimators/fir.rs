@@ -26,7 +26,7 @@ const ROWS_PER_COEFFICIENT: usize = 5;
 /// A finite impulse response by least squares.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Fir {
-    /// Number of coefficients; `None` for the Bayesian criterion to choose.
+    /// Number of coefficients; with `None` the Bayesian criterion chooses it.
     pub length: Option<usize>,
 }
 

@@ -55,7 +55,7 @@ const BESIDE: f64 = 0.3;
 const LEAST_ERROR: f64 = 0.2;
 /// Number of orders compared again once the leakage is known.
 const COMPARED: usize = 6;
-/// By how much the criterion of more parameters must be lower.
+/// The criterion of a model with more parameters must be lower by at least this.
 const BEYOND_DOUBT: f64 = 10.0;
 /// Rounds of the linear start, and of the correction for leakage.
 const ROUNDS: usize = 6;
@@ -140,7 +140,7 @@ struct Fitted<'a> {
 }
 
 impl<'a> Fitted<'a> {
-    /// The points with these indices and frequencies.
+    /// Selects the points with these indices and frequencies.
     fn new(spectra: &'a Spectra<'a>, numbers: &[usize], omegas: &[f64], sample_time: f64) -> Self {
         let points = numbers.iter().map(|at| {
             let point = &spectra.points[*at];
@@ -385,7 +385,7 @@ impl Fitted<'_> {
 type Choice = (Orders, Option<DVector<f64>>);
 
 impl FrequencyDomain {
-    /// The search with the orders found, for data that covers the band.
+    /// A search with the orders already found, for data that covers the band.
     #[must_use]
     pub fn of_found(&self, found: &Estimate) -> Self {
         let fit = found.frequency.as_ref();

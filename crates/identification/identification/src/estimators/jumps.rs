@@ -29,11 +29,11 @@ const RARITY: f64 = 16.0;
 const PERIODS: [u64; 2] = [64, 256];
 /// Minimum number of rows per parameter before a model is compared.
 const ROWS_PER_PARAMETER: f64 = 2.0;
-/// The larger variance of the cumulative sum's test, over the noise's.
+/// Ratio of the larger variance in the cumulative sum's test to the noise's variance.
 const RATIO: f64 = 4.0;
 /// The cumulative sum above which errors count as grown.
 const GROWN: f64 = 5.0;
-/// Larger errors are limited to this, in standard deviations.
+/// Errors are limited to this size, in standard deviations.
 const LARGEST: f64 = 3.0;
 /// The smallest noise, over the root mean square of the output's changes.
 const LEAST_NOISE: f64 = 0.005;

@@ -115,7 +115,7 @@ impl Filter {
         }
     }
 
-    /// Uses other noises and drifts from the next sample on; the initial values are kept.
+    /// Changes noise levels and drifts from the next sample on; the initial values are kept.
     ///
     /// # Errors
     /// Like [`Filter::new`]; on an error nothing changes.

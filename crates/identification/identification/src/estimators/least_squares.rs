@@ -3,7 +3,7 @@
 //! ```text
 //! y_k = -a1 y_(k-1) - ... - an y_(k-n) + b1 u_(k-d) + ... + bm u_(k-d-m+1) + constant
 //! ```
-//! Rows begin where a complete history exists, so records may begin in motion. Measurement noise biases it, unlike the other methods here:
+//! Rows begin where a complete history exists, so records may begin in motion. Unlike in the other methods here, measurement noise biases the estimate:
 //! the noise in `y_(k-i)` pulls the poles towards a smoother's (Brunner 1988, Table 9: roots near -0.4).
 
 use super::estimate::{Error, Estimate};

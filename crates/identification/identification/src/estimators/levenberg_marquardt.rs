@@ -102,7 +102,7 @@ pub(super) fn minimise(
     lowered(start, (STEPS, 0.0), linearise)
 }
 
-/// The same with a limit on the number of steps, and on the relative decrease of the cost in the last step.
+/// Minimises with a limit on the number of steps, and on the relative decrease of the cost in the last step.
 ///
 /// # Errors
 /// Same as [`minimise`].
@@ -193,7 +193,7 @@ pub(super) fn unit_covariance(at: &Linearised) -> Result<DMatrix<f64>> {
     Ok(&factor * factor.transpose())
 }
 
-/// A factor F of that covariance, `F F'`.
+/// A factor F of the unit covariance, which is `F F'`.
 pub(crate) fn unit_factor(at: &Linearised) -> Result<DMatrix<f64>> {
     let mut scales = lengths(&at.slopes);
     for scale in scales.iter_mut().filter(|scale| **scale == 0.0) {

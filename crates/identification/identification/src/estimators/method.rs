@@ -74,9 +74,9 @@ pub struct Knowledge {
     pub bias_drift: f64,
     /// Standard deviation of the output's change by disturbances in one second, output unit.
     pub disturbance: f64,
-    /// Number of coefficients of a finite impulse response; `None` for a criterion to choose.
+    /// Number of coefficients of a finite impulse response; with `None` a criterion chooses it.
     pub length: Option<usize>,
-    /// The form of a process model; `None` for a criterion to choose.
+    /// The form of a process model; with `None` a criterion chooses it.
     pub process: Option<Form>,
     /// The lowest coherence used to fit a transfer function; `None` for 0.6.
     pub coherence: Option<f64>,

@@ -109,7 +109,7 @@ impl NormalEquations {
         }
     }
 
-    /// Every record as one part.
+    /// Treats every record as one part.
     pub(crate) fn whole(&self) -> Vec<Part> {
         let parts = self.signals.iter().enumerate();
         parts

@@ -57,11 +57,11 @@ const MOST_DAMPED: f64 = 1e3;
 /// Initial state of the records of a process model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Begins {
-    /// The same as in the problem.
+    /// The initial state is the one given in the problem.
     AsGiven,
-    /// At rest with this input.
+    /// The records begin at rest with this input.
     AtRest(f64),
-    /// With an initial state.
+    /// The records begin in motion, with an initial state.
     InMotion,
 }
 
@@ -85,7 +85,7 @@ pub struct Process {
     pub is_named: bool,
     /// Initial state of the records.
     pub begins: Begins,
-    /// A nearby model, which makes the grid unnecessary.
+    /// A model near the solution, from which the search starts instead of from a grid.
     pub near: Option<ProcessModel>,
 }
 
@@ -424,7 +424,7 @@ impl<'a> Search<'a> {
         theta.iter().all(|it| it.is_finite()).then_some(theta)
     }
 
-    /// The start near a model.
+    /// Initial parameters near a given model.
     fn near(&self, model: &ProcessModel) -> Option<DVector<f64>> {
         let values = model.values.as_slice();
         let (last, middle) = values.split_last()?;
@@ -559,7 +559,7 @@ impl<'a> Search<'a> {
         self.least_with(start, &[ZETA])
     }
 
-    /// The best parameters when some of them are fixed.
+    /// The parameters with the smallest error when some of them are fixed.
     fn least_with(
         &self,
         start: DVector<f64>,

@@ -49,13 +49,13 @@ pub enum Kind {
 pub enum Forgetting {
     /// The forgetting factor per sample, in every direction.
     Constant(f64),
-    /// The same; in addition, after a detected jump of the parameters, all earlier data is forgotten. Only for (extended) least squares. The other
+    /// Constant forgetting; in addition, all earlier data is forgotten after a detected jump of the parameters. Only for (extended) least squares. The other
     /// two recursions treat it as constant.
     OnJump(f64),
-    /// The same, but only in the direction of the new row: other directions are kept (Cao and Schwartz, *Automatica* 36, 2000).
+    /// Constant forgetting, but only in the direction of the new row; the information in other directions is kept (Cao and Schwartz, *Automatica* 36, 2000).
     Directional(f64),
-    /// Depends on the prediction error: `lambda = 1 - e^2 / ((1 + phi'P phi) information)`, at least `least` (Fortescue, Kershenbaum and
-    /// Ydstie, *Automatica* 17, 1981).
+    /// A forgetting factor that depends on the prediction error: `lambda = 1 - e^2 / ((1 + phi'P phi) information)`, at least `least` (Fortescue,
+    /// Kershenbaum and Ydstie, *Automatica* 17, 1981).
     Variable {
         /// The smallest lambda.
         least: f64,
@@ -313,7 +313,7 @@ impl Recursion {
         self.jumps
     }
 
-    /// Which recursion it is.
+    /// The kind of recursion.
     #[must_use]
     pub fn kind(&self) -> Kind {
         self.kind

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::error::{IdentificationError, Result};
 use crate::structure::Problem;
 
-/// Degrees of freedom: rows beyond the parameters.
+/// Degrees of freedom: number of rows minus number of parameters.
 pub(super) fn freedom(rows: usize, parameters: usize) -> Result<f64> {
     match rows.checked_sub(parameters) {
         Some(freedom) if freedom > 0 => Ok(freedom as f64),

@@ -32,7 +32,7 @@ impl<'a> Simulator<'a> {
         Self::whitened(problem, vec![1.0])
     }
 
-    /// With `1, d1, ..., dk`, which whiten the residual.
+    /// Prepares the records with the filter `1, d1, ..., dk`, which whitens the residual.
     pub(super) fn whitened(problem: &'a Problem<'a>, whitening: Vec<f64>) -> Self {
         Self {
             problem,

@@ -46,7 +46,7 @@ pub(crate) fn held_within(a: &[f64], radius: f64) -> Option<Option<Vec<f64>>> {
     Some(Some(drawn_in))
 }
 
-/// The same, or `a` unchanged if no pole is moved or the roots cannot be found.
+/// Moves poles inwards as [`held_within`] does; returns `a` unchanged if no pole is moved or the roots cannot be found.
 pub(super) fn drawn_within(a: &[f64], radius: f64) -> Vec<f64> {
     held_within(a, radius)
         .flatten()

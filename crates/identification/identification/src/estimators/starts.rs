@@ -93,7 +93,7 @@ fn real_poles(problem: &Problem<'_>) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// Why no start was found, from least squares on the record.
+/// The reason why no start was found, from least squares on the record.
 fn why_not(problem: &Problem<'_>) -> IdentificationError {
     LeastSquares
         .fit(problem)

@@ -29,8 +29,8 @@ pub struct StepResponse {
 }
 
 impl StepResponse {
-    /// From the runs of a problem (its structure is not used), over `length` samples from the step on. A run not longer than that is
-    /// ignored.
+    /// Estimates the response from the runs of a problem (not from its structure), over `length` samples from the step on. Runs of at most `length`
+    /// samples are ignored.
     ///
     /// # Errors
     /// [`IdentificationError`], if the runs are too short for the length, or do not determine the response.

@@ -171,7 +171,7 @@ impl Heave {
         [self.to_pitch, self.damping, self.from_rate, self.from_input]
     }
 
-    /// The same with other coefficients.
+    /// The vehicle with other coefficients.
     #[must_use]
     pub fn with(self, [to_pitch, damping, from_rate, from_input]: [f64; 4]) -> Self {
         Self {
@@ -183,7 +183,7 @@ impl Heave {
         }
     }
 
-    /// The same with each coefficient changed by its own share.
+    /// The vehicle with each coefficient changed by its own share.
     #[must_use]
     pub fn changed(self, shares: [f64; 4]) -> Self {
         let mut coefficients = self.coefficients();

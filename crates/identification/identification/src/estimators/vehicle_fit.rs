@@ -24,8 +24,8 @@ const GUESSES: usize = 6;
 /// Rounds of search and noise estimate; the noise weighs the prior knowledge against the records.
 const ROUNDS: usize = 3;
 
-/// The vehicle with the smallest simulated error; each record has its own bias and, unless it begins at rest, initial motion. Of the
-/// problem's structure only these two are used.
+/// The vehicle with the smallest simulated error; each record has its own bias and, unless it begins at rest, initial motion. Of the problem's structure
+/// only bias and initial motion are used.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct VehicleSearch {
     /// The known part of the equations.

@@ -63,8 +63,8 @@ pub enum Body {
 pub struct Subject {
     /// The body.
     pub body: Body,
-    /// What moves the planes: `ideal`, `first_order` (with the bandwidth of `dha_actuator`'s default), or a built-in actuator or actuator file (its
-    /// motion at the slew rate).
+    /// The actuator that moves the planes: `ideal`, `first_order` (with the bandwidth of `dha_actuator`'s default), or a built-in actuator or actuator
+    /// file (its motion at the slew rate).
     pub actuator: String,
     /// Controller rate (ticks per second, Hz); 0: only the continuous loop.
     pub rate: f64,

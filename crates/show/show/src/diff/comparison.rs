@@ -249,7 +249,7 @@ impl<'r> Comparing<'r> {
         Ok(())
     }
 
-    /// Which topics of a recording are compared.
+    /// The topics of a recording that are compared.
     pub(crate) fn wanted(&self, side: usize) -> Vec<bool> {
         let places = self.places[side].iter();
         places

@@ -200,13 +200,13 @@ pub struct Judgement {
     pub tick: Option<f64>,
     /// Routh's scheme, for a continuous loop.
     pub routh: Option<RouthColumn>,
-    /// At every gain crossover.
+    /// The phase margin at every gain crossover.
     pub phase: Vec<PhaseMargin>,
-    /// At every phase crossover.
+    /// The gain margin at every phase crossover.
     pub gain: Vec<GainMargin>,
     /// The largest sensitivity `|1 / (1 + L)|`.
     pub sensitivity: Option<Peak>,
-    /// Of the depth after a unit step of the setpoint, for a sampled loop at the ticks; `None` for an unstable loop.
+    /// Metrics of the depth after a unit step of the setpoint, for a sampled loop at the ticks; `None` for an unstable loop.
     pub step: Option<StepMetrics>,
 }
 
@@ -217,7 +217,7 @@ impl Judgement {
         self.growth() < 0.0
     }
 
-    /// By how much the most unstable pole exceeds the limit of stability: its real part, 1/s, or its magnitude minus 1.
+    /// The amount by which the most unstable pole exceeds the limit of stability: its real part, 1/s, or its magnitude minus 1.
     #[must_use]
     pub fn growth(&self) -> f64 {
         growth(&self.poles, self.tick.is_some())
@@ -274,7 +274,7 @@ impl Judgement {
     }
 }
 
-/// By how much the most unstable of the poles, in `z` or in `s`, exceeds the limit of stability.
+/// The amount by which the most unstable of the poles, in `z` or in `s`, exceeds the limit of stability.
 fn growth(poles: &[Complex<f64>], is_sampled: bool) -> f64 {
     let beyond = |pole: &Complex<f64>| match is_sampled {
         true => pole.modulus() - 1.0,

@@ -42,7 +42,7 @@ pub struct Wishes {
     pub phase_margin: f64,
     /// The smallest factor by which the gain may rise, above 1; its inverse is the factor by which it may fall.
     pub gain_margin: f64,
-    /// Of the depth step, percent.
+    /// Largest overshoot of the depth step, percent.
     pub overshoot: f64,
     /// The depth step, m.
     pub step: f64,
@@ -157,7 +157,7 @@ impl Wishes {
         Ok(Cost { missed, itae })
     }
 
-    /// By how much a loop misses its margins; for an unstable one this increases with its growth.
+    /// The amount by which a loop misses its margins; for an unstable loop it increases with the loop's growth.
     fn missed(&self, dive: &DiveLoop) -> Result<f64, Error> {
         let growth = dive.growth()?;
         if growth >= 0.0 {

@@ -47,7 +47,7 @@ impl Received {
 }
 
 impl Adaptive {
-    /// Without an estimate; the schedule is used.
+    /// Gains without an estimate, so that the schedule is used.
     #[must_use]
     pub(super) fn new() -> Self {
         Self {

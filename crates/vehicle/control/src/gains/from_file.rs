@@ -32,7 +32,7 @@ impl FromFile {
         })
     }
 
-    /// The same for a model that has already been read.
+    /// Computes the gains from a model that has already been read.
     ///
     /// # Errors
     /// Like [`read`](Self::read), without the file's name.

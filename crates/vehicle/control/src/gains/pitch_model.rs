@@ -40,7 +40,7 @@ pub struct PitchModel {
 /// The vehicle in pitch over speed: `k ~ U^i`, `b ~ U^j`, `m` from weight alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpeedLaw {
-    /// At the reference speed.
+    /// The pitch model at the reference speed.
     pub model: PitchModel,
     /// `U_0`, m/s.
     pub reference_speed: f64,

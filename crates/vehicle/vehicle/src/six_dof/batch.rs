@@ -9,7 +9,7 @@ use super::water::Water;
 /// Number of vehicles in a group that is stepped together.
 const WIDTH: usize = 8;
 
-/// Vehicles of one kind, each with its own state, inputs and water. Each moves exactly as it does alone, to the last bit.
+/// Vehicles of one kind, each with its own state, inputs and water. Each vehicle moves exactly as it would alone, to the last bit.
 #[derive(Clone, Debug)]
 pub struct Batch<'a> {
     vehicle: &'a Vehicle,

@@ -82,7 +82,7 @@ impl Term {
     }
 }
 
-/// Added mass from the terms in `nu'`: `M_A = -(derivatives)`. For a symmetric pair of entries one name is enough.
+/// Added mass from the terms in `nu'`: `M_A = -(derivatives)`. One name is enough for two symmetric entries of the matrix.
 pub(super) fn added_mass(terms: &[Term]) -> Matrix6 {
     let mut named = [[None; 6]; 6];
     for term in terms {

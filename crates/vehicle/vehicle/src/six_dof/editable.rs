@@ -64,7 +64,7 @@ impl Number {
         self.value != 0.0 && self.group != "body"
     }
 
-    /// Whether it is a damping on the diagonal, which feeds energy if its sign is reversed.
+    /// Whether the number is a damping on the diagonal, which feeds energy if its sign is reversed.
     #[must_use]
     pub fn is_damping(&self) -> bool {
         let place = self.name.rsplit('_').next().unwrap_or_default().as_bytes();

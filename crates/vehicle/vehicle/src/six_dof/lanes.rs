@@ -16,7 +16,7 @@ pub trait Real:
     + Neg<Output = Self>
     + AddAssign
 {
-    /// One number in every lane.
+    /// Puts one number into every lane.
     fn of(x: f64) -> Self;
 
     /// Applies a function to each lane.

@@ -227,7 +227,7 @@ impl Allocation {
         Self::of_rows(thrusters, &[0, 1, 2, 3, 4, 5])
     }
 
-    /// The same for some of the six components; the others are not controlled.
+    /// Allocates only some of the six components; the other components are not controlled.
     ///
     /// # Errors
     /// [`Underactuated`], if the rank is less than the number of these components.
@@ -258,7 +258,7 @@ impl Allocation {
         (&self.inverse * wanted).iter().copied().collect()
     }
 
-    /// The same, all scaled down by one factor if a thrust would exceed `most` \[N\], and that factor; the direction of the force is kept.
+    /// The thrusts, all scaled down by one factor if a thrust would exceed `most` \[N\], and that factor; the direction of the force is kept.
     #[must_use]
     pub fn within(&self, wanted: &Six<f64>, most: f64) -> (Vec<f64>, f64) {
         let thrusts = self.thrusts(wanted);

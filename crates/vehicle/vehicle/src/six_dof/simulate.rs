@@ -22,7 +22,7 @@ pub fn runge_kutta<T: Real>(
     runge_kutta_under(vehicle, state, &vehicle.held(inputs), water, dt)
 }
 
-/// The same, with prepared inputs.
+/// One Runge-Kutta step with prepared inputs.
 #[inline(always)]
 pub(super) fn runge_kutta_under<T: Real>(
     vehicle: &Vehicle,

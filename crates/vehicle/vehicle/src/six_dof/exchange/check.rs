@@ -69,7 +69,7 @@ const PRINTING: f64 = 1e-3;
 /// Relative size of rounding errors.
 const ROUNDING: f64 = 1e-9;
 
-/// What is not physical in the numbers, worst first.
+/// Violations of physical laws in the numbers, worst first.
 #[must_use]
 pub fn findings(numbers: &ModelNumbers) -> Vec<Finding> {
     let mut all = Vec::new();

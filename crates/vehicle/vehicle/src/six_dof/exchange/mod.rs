@@ -25,7 +25,7 @@ use super::vehicle::Vehicle;
 pub struct Export {
     /// The XML.
     pub text: String,
-    /// What the format cannot express; also in the block's first comment.
+    /// The parts of the vehicle that the format cannot express; the block's first comment lists them too.
     pub omitted: Vec<String>,
 }
 
