@@ -25,7 +25,7 @@ pub struct Model {
     pub b: Vec<f64>,
     /// `c1 ... cn`, output unit per input unit; empty without moments as regressors.
     pub c: Vec<f64>,
-    /// Output unit; 0 without a bias as regressor.
+    /// The bias, output unit; 0 without a bias as regressor.
     pub bias: f64,
 }
 
@@ -61,7 +61,7 @@ impl Model {
         std::iter::once(1.0).chain(self.a.iter().copied()).collect()
     }
 
-    /// The poles in the z plane, largest magnitude first; of a pair the upper first.
+    /// The poles in the z plane, largest magnitude first; of a conjugate pair the one with positive imaginary part comes first.
     ///
     /// # Errors
     /// [`IdentificationError`](crate::IdentificationError), if the roots cannot be found.
@@ -142,7 +142,7 @@ impl Model {
     }
 }
 
-/// Largest magnitude first; of a pair the upper first.
+/// Sorts by magnitude, largest first; of a conjugate pair the root with positive imaginary part comes first.
 fn sort_largest_first(roots: &mut [Complex<f64>]) {
     // Conjugates found apart may differ in the last bit: order them by a rounded
     // magnitude, so that the pair stays together.

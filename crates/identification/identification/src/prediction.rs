@@ -29,7 +29,7 @@ pub(crate) struct Missed {
 }
 
 impl Missed {
-    /// Adds both for several records.
+    /// Adds the sums of another record.
     pub(crate) fn and(self, other: Self) -> Self {
         Self {
             squares: self.squares + other.squares,
@@ -42,7 +42,7 @@ impl Missed {
         fit(self.squares, self.spread)
     }
 
-    /// From pairs of outputs and errors.
+    /// Computes the sums from pairs of outputs and errors.
     pub(crate) fn by(pairs: impl Iterator<Item = (f64, f64)>) -> Self {
         let mut spread = FitRange::default();
         let mut squares = 0.0;
@@ -95,7 +95,7 @@ pub(crate) fn missed(found: &Estimate, number: usize, run: Run<'_>, ahead: usize
     }))
 }
 
-/// The same for a simulation, corrected by the noise model's prediction of its error from earlier errors.
+/// The prediction errors of a simulation that is corrected by the noise model, which predicts the simulation's error from earlier errors.
 fn by_noise_model(found: &Estimate, number: usize, run: Run<'_>, ahead: usize) -> Missed {
     let errors = found.simulation_errors(number, run);
     let d = &found.noise_denominator;

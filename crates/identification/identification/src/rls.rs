@@ -21,7 +21,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::error::{IdentificationError, Result};
 
-/// The share of the prior's information below which it is restored.
+/// The prior is restored when less than this share of its information is left.
 const FADED: f64 = 1e-6;
 
 /// A parameter direction counts as learnt if the rows contribute at least this many times more information about it than the prior
@@ -49,7 +49,7 @@ pub struct RecursiveLeastSquares {
 }
 
 impl RecursiveLeastSquares {
-    /// No rows yet: theta = 0, P = `initial_covariance` I. `forgetting` is lambda in (0, 1].
+    /// A problem without rows: theta = 0, P = `initial_covariance` I. `forgetting` is lambda in (0, 1].
     ///
     /// # Errors
     /// [`IdentificationError`], if there are no parameters, lambda is outside (0, 1] or p0 is not positive and finite.

@@ -4,25 +4,25 @@
 //! Hammerstein   y = G(q) f(u) + offset      Wiener   y = f(G(q) u + offset)
 //! ```
 //! (Ljung 1999, sec. 5.2; Janczak, *Identification of Nonlinear Systems Using Neural Networks and Polynomial Models*, 2005, ch. 2 and 3.)
-//! The curve's largest slope is 1, so that the gain stands in `G`.
+//! The curve's largest slope is 1, so that `G` contains the gain.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::structure::range;
 use planesman_record::{Record, Run};
 
-/// Values up to which a signal has few.
+/// A signal with at most this many distinct values counts as having few values.
 const FEW_VALUES: usize = 40;
 /// The share of the signal's range by which a parameter is moved, and the least singular value of columns of size 1 that are independent.
 const SMALL_CHANGE: f64 = 1e-6;
 const INDEPENDENT: f64 = 1e-4;
 
-/// The side of the linear dynamics on which a curve is.
+/// The position of a curve relative to the linear dynamics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// Before the dynamics: a curve of the input.
+    /// The curve is before the dynamics, at the input.
     Input,
-    /// Behind them: a curve of the output.
+    /// The curve is after the dynamics, at the output.
     Output,
 }
 
@@ -38,9 +38,9 @@ pub enum StaticCurve {
     },
     /// Slope 1 between two values, constant beyond them.
     Saturation {
-        /// The lower limit, if there is one.
+        /// The lower limit; `None` if the curve has no lower limit.
         lower: Option<f64>,
-        /// The upper limit, if there is one.
+        /// The upper limit; `None` if the curve has no upper limit.
         upper: Option<f64>,
     },
     /// `x |x| + c x`, for example a thruster's force over its speed.
@@ -103,7 +103,7 @@ impl StaticCurve {
         }
     }
 
-    /// The curve of that kind with these named parameters; `None` if they do not match.
+    /// The curve of a kind with these named parameters; `None` if the parameters do not match the kind.
     #[must_use]
     pub fn named(kind: &str, parameters: &[(&str, f64)]) -> Option<Self> {
         let of = |name: &str| parameters.iter().find(|it| it.0 == name).map(|it| it.1);
@@ -194,7 +194,7 @@ impl StaticCurve {
         }
     }
 
-    /// Whether the curve's values there, with a gain and an offset, determine all its parameters and leave one value for a test.
+    /// Whether the curve's values at these inputs, with a gain and an offset, determine all its parameters and leave one value for a test.
     fn is_told_by(&self, values: &[f64]) -> bool {
         if matches!(self, Self::Backlash { .. }) {
             return true; // What it was before tells too.
@@ -225,7 +225,7 @@ impl StaticCurve {
             && DMatrix::from_columns(&columns).rank(INDEPENDENT) == numbers
     }
 
-    /// The same curve scaled so that the largest slope of straight lines is 1.
+    /// Scales the curve so that the largest slope of straight lines is 1.
     pub(crate) fn normalised(self) -> Self {
         match self {
             Self::Piecewise { levels, slopes } => {

@@ -18,7 +18,7 @@ use planesman_record::{Run, filter};
 use crate::error::{IdentificationError, Result};
 use crate::model::Model;
 
-/// In longer records, structure and initial guess are searched in this many samples.
+/// In records longer than this many samples, structure and initial guess are searched in a part of this length.
 pub const PART: usize = 10_000;
 
 /// Half a 95 % interval of a normal distribution, in standard deviations.
@@ -50,10 +50,10 @@ pub(crate) fn range(values: &[f64]) -> f64 {
 /// The initial state of a record.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum InitialState {
-    /// At rest: no input before the first sample, no motion except the offset.
+    /// The record begins at rest: no input before the first sample, no motion except the offset.
     #[default]
     Rest,
-    /// In motion: the n numbers of the initial motion are also estimated, if an estimator needs them.
+    /// The record begins in motion: the n numbers of the initial motion are also estimated, if an estimator needs them.
     Estimated,
 }
 
@@ -94,7 +94,7 @@ impl Structure {
         }
     }
 
-    /// The same with one of its zeros known to be at z = 1.
+    /// The structure with one of its zeros known to be at z = 1.
     #[must_use]
     pub fn with_zero_at_one(mut self) -> Self {
         self.known_numerator = product(&self.known_numerator, &[1.0, -1.0]);
@@ -102,7 +102,7 @@ impl Structure {
         self
     }
 
-    /// The same with one of its poles known to be at z = 1.
+    /// The structure with one of its poles known to be at z = 1.
     #[must_use]
     pub fn with_integrator(mut self) -> Self {
         self.known_denominator = product(&self.known_denominator, &[1.0, -1.0]);
@@ -110,7 +110,7 @@ impl Structure {
         self
     }
 
-    /// The same for an input that is linear between its samples: in each interval the mean acts, `(1 + q^-1)/2` of the sample at the
+    /// The structure for an input that is linear between its samples: in each interval the input's mean acts, `(1 + q^-1)/2` of the sample at the
     /// interval's end.
     #[must_use]
     pub fn with_lines(mut self) -> Self {
@@ -153,7 +153,7 @@ impl Structure {
         }
     }
 
-    /// The same without an offset.
+    /// The structure without an offset.
     #[must_use]
     pub fn without_offset(mut self) -> Self {
         self.offset = false;

@@ -294,7 +294,7 @@ impl<'a> Reading<'a> {
         self.response_behind(omega, &self.estimate.layout.structure.known_denominator)
     }
 
-    /// The frequency response with these known poles.
+    /// The frequency response, including these known poles.
     fn response_behind(&self, omega: f64, known_denominator: &[f64]) -> Option<Uncertain> {
         let layout = &self.estimate.layout;
         let structure = &layout.structure;
@@ -387,7 +387,7 @@ impl<'a> Reading<'a> {
             .collect())
     }
 
-    /// `J P J'` for a complex quantity with these slopes.
+    /// The covariance `J P J'` of a complex quantity with these slopes.
     fn carried(&self, columns: &[usize], slopes: &[Complex<f64>]) -> Matrix2<f64> {
         if let Some(factor) = &self.estimate.factor {
             // Sums of squares: nothing cancels but in the sums themselves.

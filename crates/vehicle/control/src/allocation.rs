@@ -13,7 +13,7 @@ pub enum DivePlanes {
     Bow,
     /// The stern planes alone.
     Stern,
-    /// Both, in a given ratio.
+    /// Bow and stern planes, in a given ratio.
     Ratio,
 }
 

@@ -17,11 +17,11 @@ pub(crate) struct Basis {
     pub depth_rate: f64,
     /// The source of the feedback.
     pub source: Source,
-    /// Whether a reading for the stamp did not come.
+    /// Whether the reading of an instrument for this stamp is missing.
     pub instruments_missing: bool,
     /// The current gains.
     pub gains: Gains,
-    /// Whether they come from an identified model.
+    /// Whether the gains come from an identified model.
     pub adapted: bool,
 }
 

@@ -61,7 +61,7 @@ pub struct Controller {
     /// End of the last manoeuvre, until it is read: completed, or the reason why not.
     manoeuvre_end: Option<Result<(), Error>>,
     run: Option<Run>,
-    /// Lines for the log.
+    /// Lines for the log that have not been read yet.
     changes: Vec<String>,
 }
 
@@ -377,7 +377,7 @@ impl Controller {
         self.thrusters.as_ref()
     }
 
-    /// The gains for this feedback at a tick, and whether they come from an identified model.
+    /// The gains for this feedback at a tick, and whether these gains come from an identified model.
     fn gains(&mut self, feedback: &Feedback, stamp: i64, dt: f64) -> (Gains, bool) {
         let rules = &self.config.following;
         let (followed, adapted) = self.follower.gains(rules, feedback.speed, stamp, dt);

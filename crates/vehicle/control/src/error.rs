@@ -16,10 +16,10 @@ pub enum Error {
     /// A setpoint outside the range of the parameter with its name.
     #[error("{0} setpoint {1}")]
     Setpoint(&'static str, String),
-    /// No manoeuvre while the controller is off.
+    /// A manoeuvre was requested while the controller is off.
     #[error("refused: the controller is switched off (mode off)")]
     SwitchedOff,
-    /// No manoeuvre in a fault.
+    /// A manoeuvre was requested while a fault is latched.
     #[error("refused, because a fault is latched: {}. Reset the fault first", .0.text())]
     FaultStands(Fault),
     /// A manoeuvre that cannot be flown.
@@ -48,7 +48,7 @@ pub enum ParameterError {
     /// A limit of zero.
     #[error("parameter '{0}': {1}")]
     Limit(&'static str, LimitError),
-    /// Back-calculation without a tracking time constant.
+    /// Back-calculation has no tracking time constant.
     #[error(
         "parameters 'anti_windup.*': a tracking time of {0} s refused: back-calculation needs a positive one"
     )]
@@ -56,7 +56,7 @@ pub enum ParameterError {
     /// A model file whose model cannot be used.
     #[error("parameter 'gains.file': {0}")]
     GainsFile(FileError),
-    /// Depths over both times and distances.
+    /// Depths are given over both times and distances.
     #[error(
         "parameters 'schedule.times', 'schedule.distances': refused: a schedule must be over time \
          or over distance, not both"
@@ -102,7 +102,7 @@ pub enum ParameterError {
         name: &'static str,
         /// Its value.
         value: f64,
-        /// The parameter that bounds it.
+        /// The parameter that bounds the envelope.
         other: &'static str,
         /// That parameter's value.
         bound: f64,
@@ -120,7 +120,7 @@ pub enum ParameterError {
     /// A vehicle without the thrusters that hovering needs.
     #[error("parameter 'hover.vehicle': {0}")]
     Hover(String),
-    /// Mode hover without a vehicle.
+    /// Mode hover was requested without a vehicle.
     #[error(
         "parameter 'mode': hover refused: set 'hover.vehicle' to a vehicle with thrusters (for \
          example bluerov2_heavy)"
@@ -204,10 +204,10 @@ pub enum ManoeuvreError {
     /// A negative time.
     #[error("{0} {1} s refused: it must not be negative")]
     Negative(&'static str, f64),
-    /// A signal without its period, s.
+    /// The signal needs a positive period, s.
     #[error("period {0} s refused: this test signal needs a positive one")]
     Period(f64),
-    /// A chirp without its last period or without an end.
+    /// The chirp has no last period or no end.
     #[error(
         "period_end {period_end} s, duration {duration} s refused: a chirp needs a positive value for both"
     )]

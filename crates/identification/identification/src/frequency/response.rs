@@ -206,7 +206,7 @@ impl Matrices {
     }
 }
 
-/// `S_zy* S_zz^-1 S_zy / S_yy`.
+/// The explained share, `S_zy* S_zz^-1 S_zy / S_yy`.
 fn share(zz: DMatrix<Complex<f64>>, zy: &DVector<Complex<f64>>, yy: f64) -> f64 {
     if zy.is_empty() || yy <= 0.0 {
         return 0.0;
@@ -285,7 +285,7 @@ impl<'a> Spectra<'a> {
         segments
     }
 
-    /// The windows suitable for an angle per sample: the segments, each with its weight in the mean, and the random error.
+    /// The windows suitable for a frequency in rad per sample: their segments, each with its weight in the mean, and the random error.
     fn weighed(&self, angle: f64) -> Vec<(Taper, Vec<Segment>, f64, f64)> {
         let inputs = self.records[0].inputs.len();
         let mut tried: Vec<(Taper, Vec<Segment>, f64, f64)> = Vec::new();
@@ -399,7 +399,7 @@ impl<'a> Spectra<'a> {
         Some((point, composite))
     }
 
-    /// g of each input and record: the weight of each output sample in the response.
+    /// The weights g of the output's samples in the response, for each input and record.
     fn kernels(&self, of: &Composite, omega: f64) -> Vec<Vec<Vec<Complex<f64>>>> {
         let inputs = of.inverse.nrows();
         let none = |record: &Columns<'_>| vec![Complex::new(0.0, 0.0); record.output.len()];

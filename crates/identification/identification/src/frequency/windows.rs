@@ -16,7 +16,7 @@ use crate::error::{IdentificationError, Result};
 /// Minimum number of segments of the longest window for one input, and the number of additional segments for each further input.
 const SEGMENTS: usize = 5;
 const SEGMENTS_PER_INPUT: usize = 2;
-/// The shortest window, samples: the minimum for the longest one, and the end of halving.
+/// The shortest window, samples; the longest window is at least as long, and halving ends here.
 const LEAST: usize = 16;
 const SHORTEST: usize = 64;
 /// Maximum number of window lengths; each is half of the previous one.
@@ -35,7 +35,7 @@ const HIGHEST: f64 = 0.9;
 pub struct Windows(pub Vec<usize>);
 
 impl Windows {
-    /// The lengths for records of these lengths and this many inputs: there are at least five segments of the longest.
+    /// Chooses window lengths for records of these lengths and this many inputs: the longest window has at least five segments.
     ///
     /// # Errors
     /// [`IdentificationError::Record`]: too few samples.
@@ -131,13 +131,13 @@ impl Taper {
         self.re.len()
     }
 
-    /// The sum of its squares.
+    /// The sum of the taper's squares.
     pub(super) fn energy(&self) -> f64 {
         let squares = self.re.iter().chain(&self.im).map(|it| it * it);
         squares.sum()
     }
 
-    /// The transform of a signal from a sample on.
+    /// The tapered transform of a signal that begins at a given sample.
     pub(super) fn transform(&self, signal: &[f64], start: usize) -> Complex<f64> {
         let segment = &signal[start..start + self.len()];
         let sum = |part: &[f64]| -> f64 { part.iter().zip(segment).map(|(t, x)| t * x).sum() };

@@ -13,13 +13,13 @@ planesman_wording::choices! {
     /// The kind of a candidate.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Kind {
-        /// The smallest simulation error.
+        /// Output error: the model with the smallest simulation error.
         OutputError = "output_error",
-        /// The same, with an autoregressive noise model.
+        /// Output error with an autoregressive noise model.
         BoxJenkins = "box_jenkins",
-        /// The smallest equation error.
+        /// The model with the smallest equation error.
         Arx = "arx",
-        /// The same, with a model of the noise.
+        /// The smallest equation error with a noise model.
         Armax = "armax",
     }
 }
@@ -37,18 +37,18 @@ pub struct Candidate {
     pub whitening: Vec<f64>,
     /// The mean squared error of each block left out, over the output's variance: halves, then fifths.
     pub errors: Vec<f64>,
-    /// The same with the state fitted just before each block, so that free motion through the record cannot absorb drift.
+    /// The errors with the state fitted just before each block, so that free motion through the record cannot absorb drift.
     pub(super) afresh: Vec<f64>,
-    /// For the halves of an unstable plant, with the state fitted in every window.
+    /// The errors on the halves for an unstable plant, with the state fitted in every window.
     pub(super) in_windows: Vec<f64>,
-    /// Whether a pole was limited by the memory of the record, or a zero cancels an integrator for as long.
+    /// Whether a pole was limited by the memory of the record, or whether the record is too short to tell an integrator from the zero that cancels it.
     pub(super) at_limit: bool,
-    /// The effective number of samples of its errors.
+    /// The effective number of samples of the errors.
     pub(super) samples: f64,
 }
 
 impl Candidate {
-    /// Parameters of the transfer function.
+    /// Number of parameters of the transfer function.
     #[must_use]
     pub fn parameters(&self) -> usize {
         self.structure.poles + self.structure.numerator
@@ -66,7 +66,7 @@ impl Candidate {
         self.structure.known_denominator.len() - 1
     }
 
-    /// The estimator that fits it to data, started from its poles.
+    /// The estimator that fits the candidate to data, started from the candidate's poles.
     #[must_use]
     pub fn estimator(&self) -> Box<dyn Estimator> {
         match self.kind {
@@ -85,7 +85,7 @@ impl Candidate {
         self.penalised(&self.errors)
     }
 
-    /// The same for all samples, like the Bayesian criterion.
+    /// The score for all samples, like the Bayesian criterion.
     pub(crate) fn criterion(&self) -> f64 {
         self.samples * self.score()
     }
@@ -116,7 +116,7 @@ impl Candidate {
         lies_within(&self.poles, 1.0)
     }
 
-    /// The best candidate of lower order with newly fitted states, if one of three conditions is satisfied. It is better with such states; simulated
+    /// The best candidate of lower order with newly fitted states, if one of three conditions is satisfied: it is better with such states; simulated
     /// through the records, it is at most a standard error worse than `best`; or the difference is too small to matter.
     pub(crate) fn simpler<'a>(&self, among: &'a [Self], best: &Self) -> Option<&'a Self> {
         let afresh = |it: &Self| it.penalised(&it.afresh);

@@ -21,7 +21,7 @@ pub const FITTED_SHARE: f64 = 0.7;
 /// hardly worth a mention).
 const AS_GOOD: f64 = 2.0;
 
-/// By how many points a candidate's held-out fit may be below the best.
+/// Percentage points by which a candidate's held-out fit may be below the best fit.
 const WORSE: f64 = 3.0;
 
 /// One candidate with its criteria.
@@ -103,7 +103,7 @@ pub fn first_part<'a>(run: &Run<'a>) -> Run<'a> {
     }
 }
 
-/// The choice: among candidates that simulate held-out data nearly as well as the best, and whose BIC equals the lowest of these within a margin, the
+/// Chooses the order: among candidates that simulate held-out data nearly as well as the best, and whose BIC equals the lowest of these within a margin, the
 /// candidate with the fewest parameters.
 #[must_use]
 pub fn choice(candidates: &[Candidate]) -> Option<&Candidate> {

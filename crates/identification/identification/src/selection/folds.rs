@@ -25,7 +25,7 @@ pub(crate) struct Folds {
 }
 
 impl Folds {
-    /// For records whose first `unknown` outputs depend on unknown inputs.
+    /// Divides records whose first `unknown` outputs depend on unknown inputs.
     pub(crate) fn of(runs: &[Run<'_>], unknown: &[usize]) -> Self {
         let counts = runs.iter().map(|run| run.outputs.len());
         let samples = counts
@@ -178,11 +178,11 @@ impl Folds {
 /// The initial state of a block; it is fitted in the block if the input before the block is not known.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum State<'a> {
-    /// From a simulation through the whole records, with these errors.
+    /// The state comes from a simulation through the whole records, with these errors.
     Through(&'a [Vec<f64>]),
-    /// Fitted to the samples just before.
+    /// The state is fitted to the samples just before the block.
     Before,
-    /// Fitted in the block, or again in every window of this many samples.
+    /// The state is fitted in the block, or again in every window of this many samples.
     Fitted(Option<usize>),
 }
 

@@ -32,7 +32,7 @@ pub(crate) struct Equation {
 }
 
 impl Lagged {
-    /// For records at rest the earlier samples are known: no input, and the first output.
+    /// Computes the products. For records at rest the earlier samples are known: no input, and the first output.
     pub(super) fn of(
         inputs: &[Vec<f64>],
         outputs: &[Vec<f64>],

@@ -54,17 +54,18 @@ const PATIENCE: usize = 4;
 const NOISE_MODEL_LOG_ERROR: f64 = 0.7;
 /// Rounds of noise model and model.
 const ROUNDS: usize = 2;
-/// By how many standard errors a candidate with fewer parameters may be worse than the best. The usual one standard error, in addition to
+/// Standard errors by which a candidate with fewer parameters may be worse than the best. The usual one standard error, in addition to
 /// the criterion's own penalty, gave too low an order on four of eleven public data sets.
 pub(crate) const STANDARD_ERRORS: f64 = 0.5;
-/// By how much the logarithm of an error may be larger without a pole at the memory limit: a twentieth of the root-mean-square error.
+/// A model without a pole at the memory limit may have a logarithm of the error that is larger by this, which is a twentieth of the root-mean-square error.
 const SLACK: f64 = 0.1;
 /// The error of an unstable model with half the record left out must be below this share of a stable model's.
 const DEMANDS: f64 = 0.5;
 /// Length of the windows in which unstable models are compared, in time constants, and their minimum number of samples.
 const UNSTABLE_TIME_CONSTANTS: f64 = 2.0;
 const MIN_WINDOW: usize = 20;
-/// Number of such windows in the records above which an unstable plant grows strongly, and the maximum order of stable models for such a plant.
+/// Number of these windows in the records above which the motion of an unstable plant counts as growing strongly, and the maximum order of stable models
+/// for such a plant.
 const GROWN: usize = 4;
 const CALM_ORDERS: usize = 2;
 
@@ -222,7 +223,7 @@ fn by_stability(candidates: &[Candidate]) -> (Vec<&Candidate>, Vec<&Candidate>) 
     (stable, unstable)
 }
 
-/// The candidate to take.
+/// The chosen candidate.
 fn choice(candidates: &[Candidate]) -> Option<Candidate> {
     let (stable, unstable) = by_stability(candidates);
     let demanded = match (least(&stable), least(&unstable)) {
@@ -374,7 +375,7 @@ struct Shared<'a> {
     sample_time: f64,
     folds: &'a Folds,
     lagged: &'a Lagged,
-    /// The delay of its inputs.
+    /// The delay of the inputs.
     base: usize,
     /// The products of its columns over all rows, and with each block left out.
     products: (DMatrix<f64>, usize),
@@ -449,7 +450,7 @@ impl Shared<'_> {
         (self.samples as f64 * share.unwrap_or(1.0)).max(MIN_EFFECTIVE_SAMPLES)
     }
 
-    /// A radius just within the largest.
+    /// A radius just below the largest allowed radius.
     fn inside(&self) -> f64 {
         1.0 - 1.01 * (1.0 - self.radius)
     }
@@ -508,7 +509,7 @@ impl Shared<'_> {
             .map(|(theta, _)| theta)
     }
 
-    /// From the output error's minimum alternates between a noise model of the residual and the model.
+    /// Starts at the output error's minimum, and alternates between fitting a noise model to the residual and refitting the model.
     fn box_jenkins(
         &self,
         problem: &Problem<'_>,

@@ -21,7 +21,7 @@ use crate::uncertainty::{Reading, SIGMAS_95};
 use planesman_parallel::on_all_cores;
 use planesman_record::Run;
 
-/// By how much the criterion must be lower in two cases. The first is an initial state if the record may begin at rest, since soon after a
+/// The criterion must be lower by at least this in two cases. The first is an initial state if the record may begin at rest, since soon after a
 /// step the two look alike; the second is another model, which is the best of many (Kass and Raftery, *J. Amer. Statist. Assoc.* 90, 1995,
 /// call it very strong evidence).
 const BEYOND_DOUBT: f64 = 10.0;
@@ -66,8 +66,8 @@ pub(crate) struct Chosen {
 }
 
 /// The best process model of some records, of a named form or of any. `stood` means that the output was constant until a step in records at rest, or
-/// that the options say that it was at rest. For long records the form is chosen where the input varies most ([`Problem::part`]) and then fitted to
-/// all; a step test is used as a whole.
+/// that the options say that it was at rest. For long records the form is chosen where the input varies most ([`Problem::part`]) and then fitted to all
+/// samples; a step test is used as a whole.
 ///
 /// # Errors
 /// [`IdentificationError`]: records that determine none.
@@ -224,7 +224,7 @@ pub(crate) fn instead_of(
     (of_chosen <= allowed).then_some(chosen)
 }
 
-/// The initial input of records in motion that may begin at rest: the same for all, without earlier inputs.
+/// The initial input of records that may begin at rest; it must be the same in all records, without earlier inputs.
 fn rest_of(problem: &Problem<'_>) -> Option<f64> {
     let structure = &problem.structure;
     let first = *problem.runs.first()?.inputs.first()?;

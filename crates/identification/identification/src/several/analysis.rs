@@ -72,7 +72,7 @@ pub struct Analysis {
     pub output: String,
     /// Every input.
     pub inputs: Vec<InputFindings>,
-    /// Output error, or Box-Jenkins.
+    /// The kind of model: output error, or Box-Jenkins.
     pub kind: Kind,
     /// The interval between samples, s.
     pub sample_time: f64,
@@ -102,7 +102,7 @@ pub struct Analysis {
     pub candidates: Vec<Candidate>,
     /// Number of samples used for the search.
     pub searched: usize,
-    /// Samples of the record.
+    /// Number of samples of the record.
     pub samples: usize,
     /// The number of the record's segment for each run.
     pub segments: Vec<usize>,
@@ -110,7 +110,7 @@ pub struct Analysis {
     pub all_segments: usize,
     /// The longest run's number.
     pub longest: usize,
-    /// The verdict on its use.
+    /// The verdict on the use of the model.
     pub verdict: Verdict,
     /// Why.
     pub reasons: Vec<Finding>,
@@ -125,7 +125,7 @@ pub fn analyse(record: &Record, output: usize, options: &Options) -> Result<Anal
     judged_on(record, output, options, None)
 }
 
-/// The same with a validation record on the same grid, which is not used for the fit.
+/// Fits a model and validates it on a second record on the same grid, which is not used for the fit.
 ///
 /// # Errors
 /// Like [`analyse`]; also if the validation record has other signals or another sampling interval.
@@ -330,7 +330,7 @@ impl Fitter<'_> {
         (left, measured[kept..].to_vec())
     }
 
-    /// The squared errors on the validation data, and its outputs.
+    /// The squared errors on the validation data, and the outputs there.
     fn on(
         &self,
         fitted: &Fitted,

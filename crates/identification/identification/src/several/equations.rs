@@ -43,12 +43,12 @@ struct Signalled {
 }
 
 impl Equations {
-    /// For records with one output, the residual whitened by `1, d1, ..., dk`; `[1]` for no whitening.
+    /// Prepares records with one output; the residual is whitened by `1, d1, ..., dk`; `[1]` for no whitening.
     pub(super) fn new(segments: &[Segment], layout: Layout, whitening: &[f64]) -> Self {
         Self::from(segments, layout, whitening, 0)
     }
 
-    /// The same with at least this many first outputs ignored, so that errors of models with different delays are for the same samples.
+    /// Prepares the records with at least this many first outputs ignored, so that errors of models with different delays are for the same samples.
     pub(super) fn from(
         segments: &[Segment],
         layout: Layout,

@@ -75,7 +75,7 @@ impl Fitted {
         Equations::new(segments, self.layout.clone(), whitening)
     }
 
-    /// The same channels on other records, each with the offset of record `run` and no initial motion.
+    /// Applies the channels to other records, each with the offset of record `run` and no initial motion.
     pub(super) fn on(&self, segments: &[Segment], run: usize) -> (Equations, DVector<f64>) {
         let layout = Layout {
             runs: segments.len(),
@@ -95,7 +95,7 @@ impl Fitted {
 
 /// The model in the signals' units, with its uncertainty.
 pub(super) struct InUnits {
-    /// Of each channel, with the covariance of its parameters.
+    /// The model of each channel, with the covariance of its parameters.
     pub(super) channels: Vec<(Channel, Estimate)>,
     /// The offset of each record, relative to the inputs' levels.
     pub(super) offsets: Vec<f64>,

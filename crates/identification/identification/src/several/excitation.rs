@@ -5,7 +5,7 @@ use planesman_record::Segment;
 
 use crate::batch::Triangle;
 
-/// Number of earlier and later samples of other inputs that may explain one.
+/// Number of earlier and later samples of the other inputs that may explain an input.
 const LAGS: usize = 5;
 /// Maximum number of rows used.
 const ROWS: usize = 10_000;

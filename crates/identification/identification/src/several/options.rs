@@ -6,11 +6,11 @@ use crate::structure::InitialState;
 /// Options of the analysis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// The order of every channel; `None` to choose each.
+    /// The order of every channel; with `None` each order is chosen.
     pub order: Option<usize>,
-    /// The delay of every channel, samples; `None` to choose each.
+    /// The delay of every channel, samples; with `None` each delay is chosen.
     pub delay: Option<usize>,
-    /// Output error or Box-Jenkins; `None` for cross-validation to choose.
+    /// Output error or Box-Jenkins; with `None` cross-validation chooses.
     pub kind: Option<Kind>,
     /// Whether to estimate an offset of the output.
     pub offset: bool,

@@ -59,7 +59,7 @@ impl Equation {
 }
 
 impl Regressions {
-    /// For records with one output.
+    /// Computes the products for records with one output.
     pub(super) fn of(segments: &[Segment], inputs: usize) -> Self {
         let samples: usize = segments.iter().map(Segment::len).sum();
         let lags = LAGS

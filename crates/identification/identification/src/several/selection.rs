@@ -61,7 +61,7 @@ impl Model {
         self.channels.iter().any(|it| it.input == input)
     }
 
-    /// The same model with channel `number` replaced.
+    /// Replaces channel `number` of the model.
     fn with(&self, number: usize, channel: Channel, poles: Vec<f64>) -> Self {
         let mut other = self.clone();
         other.channels[number] = channel;
@@ -69,7 +69,7 @@ impl Model {
         other
     }
 
-    /// The same without a channel.
+    /// Removes a channel from the model.
     fn without(&self, number: usize) -> Self {
         let mut other = self.clone();
         other.channels.remove(number);
@@ -77,7 +77,7 @@ impl Model {
         other
     }
 
-    /// The same model with an additional channel.
+    /// Adds a channel to the model.
     fn and(&self, channel: Channel, poles: Vec<f64>) -> Self {
         let mut other = self.clone();
         let place = other
@@ -92,7 +92,7 @@ impl Model {
 /// A cross-validated model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
-    /// Output error, or with a noise model.
+    /// The kind of model: output error, or Box-Jenkins with a noise model.
     pub kind: Kind,
     /// Its channels.
     pub channels: Vec<Channel>,
@@ -522,7 +522,7 @@ impl<'a> Chooser<'a> {
         (self.samples as f64 * independent_share(colour)).max(MIN_EFFECTIVE_SAMPLES)
     }
 
-    /// The choice; `None` if the records determine no model at all.
+    /// The chosen model; `None` if the records determine no model.
     pub(super) fn choice(&self) -> Option<Choice> {
         let begin = self.beginning()?;
         let (mut way, _) = self.downhill(begin, &By::Simulation);
@@ -652,7 +652,7 @@ impl<'a> Chooser<'a> {
         on_all_cores(&inputs, |input| of(*input).unwrap_or(none))
     }
 
-    /// The smallest error of a model, which may have no channel.
+    /// The smallest error of a model; the model may have no channel.
     fn cost(&self, model: &Model, by: &Weight) -> Option<f64> {
         if !model.channels.is_empty() || self.asked.offset {
             return self.fitted(model, by, STEPS).map(|it| it.cost);

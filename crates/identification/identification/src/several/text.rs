@@ -27,7 +27,7 @@ impl Analysis {
         })
     }
 
-    /// The same with a choice of what to show.
+    /// Prints the parts that `shown` selects.
     #[must_use]
     pub fn text_as(&self, shown: Shown<'_>) -> String {
         let numbers = match shown.verbose {

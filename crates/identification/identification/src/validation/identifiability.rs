@@ -220,7 +220,7 @@ impl<'a> Pasts<'a> {
         })
     }
 
-    /// Only the unexplained share.
+    /// The unexplained share of the regression of a signal.
     fn left(
         &self,
         of: &[f64],
@@ -271,7 +271,7 @@ struct Feedback {
 struct Regressed {
     /// The unexplained share of the power.
     left: f64,
-    /// The sums of the coefficients.
+    /// The sums of the coefficients of inputs and of outputs.
     by_inputs: f64,
     by_outputs: f64,
 }
@@ -291,8 +291,8 @@ impl Both {
 }
 
 impl Feedback {
-    /// Whether the input is moved only by the output. The output also explains a smooth input without noise, but then disturbances move neither
-    /// signal; without disturbances the rank of the regression decides.
+    /// Whether only the output moves the input, as pure feedback does. The output also explains a smooth input without noise, but then disturbances move
+    /// neither signal; without disturbances the rank of the regression decides.
     fn is_alone(&self, is_deficient: bool) -> bool {
         let most = if self.is_against { FED_AGAINST } else { FED };
         let is_disturbed = self.renewed > RENEWED && self.of_innovations < most;

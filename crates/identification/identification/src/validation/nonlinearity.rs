@@ -50,7 +50,7 @@ const NEXT_STEP: f64 = 30.0;
 /// Minimum share of the squared simulated error that a term must explain. In linear plants with coloured noise, and in loops, significant terms
 /// except steps explained at most 0.04 (111 records whose fit was below the noise).
 const MATTERS: f64 = 0.1;
-/// The same for steps, because a random force also contains apparent steps.
+/// The minimum share for steps; it is higher, because a random force also contains apparent steps.
 const STEPS_MATTER: f64 = 0.25;
 /// Number of lags of the difference equation that a term must improve, number of lags of the term, and the required F.
 const PREDICTED_FROM: usize = 11;
@@ -605,7 +605,7 @@ impl Left {
         Some((coefficients.iter().copied().collect(), left))
     }
 
-    /// F of columns, with this many degrees of freedom without them.
+    /// The F statistic of columns, with this many degrees of freedom without these columns.
     fn f(&self, columns: &[usize], freedom: f64) -> Option<f64> {
         let (_, squares) = self.with(columns, 0..0)?;
         let parameters = columns.len() as f64;
@@ -673,7 +673,7 @@ fn without(basis: &[Vec<f64>], signal: &[f64]) -> Vec<f64> {
     left
 }
 
-/// The same; `None` if nothing remains.
+/// The part of a signal that the basis does not explain, normalised; `None` if nothing remains.
 fn beside(basis: &[Vec<f64>], signal: &[f64]) -> Option<Vec<f64>> {
     let left = without(basis, signal);
     let is_left = dot(&left, &left) > NOTHING * NOTHING * dot(signal, signal);

@@ -25,7 +25,7 @@ const HARDLY_EVER: f64 = 4.0;
 pub struct Correlation {
     /// Lag in samples and correlation, each between -1 and 1.
     pub values: Vec<(i64, f64)>,
-    /// Without a relation, each value stays within this bound with 99 % probability.
+    /// If the signals are unrelated, each value stays within this bound with 99 % probability.
     pub bound: f64,
 }
 
@@ -160,7 +160,7 @@ impl ResidualTests {
         self.of_inputs_at(|lag| lag < 0)
     }
 
-    /// The same, including inputs of the same instant.
+    /// The lags at which the residual correlates with an earlier input or the input of the same instant.
     pub(crate) fn of_inputs_from_now(&self) -> Correlation {
         self.of_inputs_at(|lag| lag <= 0)
     }

@@ -284,7 +284,7 @@ fn growth(poles: &[Complex<f64>], is_sampled: bool) -> f64 {
 }
 
 impl DiveLoop {
-    /// The continuous loop instead of the sampled one.
+    /// Replaces the sampled loop by the continuous loop.
     #[must_use]
     pub fn continuous(&self) -> Self {
         let mut continuous = self.clone();

@@ -21,7 +21,7 @@ pub struct Poles {
     pub damping_ratio: f64,
 }
 
-/// The gains that place these poles for a vehicle with this pitch model at a speed (m/s), with this `Kpy`. A gain may be negative: then
+/// The gains that place these poles for a vehicle with this pitch model at a speed (m/s) and a given `Kpy`. A gain may be negative: then
 /// feedback of the intended sign cannot place the poles.
 #[must_use]
 pub fn gains(model: &PitchModel, speed: f64, poles: &Poles, pitch_p: f64) -> LoopGains {

@@ -23,7 +23,7 @@ pub(crate) struct Calibration {
     pub surface_pressure: f64,
     /// Readings deeper than this are ignored, m; 0 for no limit.
     pub depth_range: f64,
-    /// The speed, m/s; `None`: from the speed cell.
+    /// The speed, m/s; with `None` the speed cell measures it.
     pub speed: Option<f64>,
 }
 
@@ -57,7 +57,7 @@ impl Instruments {
         keep(&mut self.speed_pressure, stamp, pressure.fluid_pressure);
     }
 
-    /// Whether all needed readings for this stamp have come.
+    /// Whether all needed readings for this stamp have been received.
     #[must_use]
     pub(crate) fn complete(&self, stamp: i64, calibration: &Calibration) -> bool {
         let read = |reading: Option<(i64, f64)>| reading.is_some_and(|(at, _)| at == stamp);
