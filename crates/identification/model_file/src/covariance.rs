@@ -4,7 +4,7 @@ use serde::{Deserialize as _, Deserializer, Serializer};
 
 use crate::LARGEST_ORDER;
 
-/// Up to this number of rows, all are written in full.
+/// A covariance with at most this number of rows is written in full.
 const FULL: usize = 80;
 
 pub(crate) fn serialize<S: Serializer>(rows: &[Vec<f64>], to: S) -> Result<S::Ok, S::Error> {

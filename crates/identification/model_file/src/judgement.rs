@@ -115,7 +115,7 @@ const OF_FORMAT_ONE: [(&str, &str, &str); 23] = [
 ];
 
 impl Judgement {
-    /// From the sentences of a file of the first format, which has no codes.
+    /// Reads the judgement from the sentences of a file of the first format, which has no codes.
     pub(crate) fn of_sentences(verdict: &[String]) -> Option<Self> {
         let words = verdict.iter().find_map(|it| it.strip_prefix("verdict: "))?;
         let words = words.split(". Next:").next()?;

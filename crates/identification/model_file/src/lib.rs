@@ -23,7 +23,7 @@ use planesman_text::{option, setting, write_text, yaml};
 use serde::{Deserialize, Serialize};
 use serde_yaml_ng::Value as Yaml;
 
-/// The largest accepted order: beyond any model that a record determines, including the samples of a long delay.
+/// The largest accepted order, which includes the samples of a long delay. No record determines a model of a higher order.
 pub const LARGEST_ORDER: usize = 1100;
 
 /// An error in reading or writing a model file.
@@ -54,7 +54,7 @@ pub enum Refusal {
     /// The text is not a model; the parser's reason.
     #[error("{0}")]
     Text(String),
-    /// The file's name has another ending.
+    /// The file's name does not end in `.json`, `.yaml` or `.yml`.
     #[error("the name of a model file must end in .json, .yaml or .yml")]
     Name,
     /// The text would be too long to be read again.
@@ -96,7 +96,7 @@ pub enum Refusal {
         /// Of the denominator.
         den: usize,
     },
-    /// The covariance has the wrong size; the right one.
+    /// The covariance has the wrong size; contains the right number of rows.
     #[error(
         "covariance must have {0} rows of {0} numbers: one row for each coefficient of den after the 1, and for each of num"
     )]
@@ -115,13 +115,13 @@ pub enum Refusal {
         setting("curve", "none")
     )]
     Curve,
-    /// A static curve with parameters of another kind.
+    /// The static curve has the parameters of another kind of curve.
     #[error("static_curve: invalid kind or parameters")]
     CurveParameters,
     /// The file has several inputs or outputs, but one input and one output are needed.
     #[error("the model has several inputs or outputs; only sysid compare can use it")]
     Several,
-    /// The covariance of a process model has the wrong size; the right one.
+    /// The covariance of a process model has the wrong size; contains the right number of rows.
     #[error(
         "process.covariance must have {0} rows of {0} numbers: one row for each of process.parameters"
     )]

@@ -28,7 +28,7 @@ pub struct Cause {
     pub share: f64,
     /// The standard deviation of the phase margin from all properties, rad.
     pub margin_deviation: f64,
-    /// An experiment that would determine it better.
+    /// An experiment that would determine the property better.
     pub experiment: String,
 }
 

@@ -11,7 +11,7 @@ use crate::plant::Plant;
 /// The frequencies of a loop range from the first to the second share of Nyquist's frequency, where every loop is real.
 const SHARES_OF_NYQUIST: (f64, f64) = (1e-6, 0.9999);
 
-/// A value counts as real if its imaginary part is below this share of it.
+/// A value counts as real if its imaginary part is below this share of its magnitude.
 const REAL: f64 = 1e-3;
 
 /// The miss of an unstable loop, in addition to the number of circles that do not contain its poles: circles of radius 1 and a growing part
@@ -168,7 +168,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// Whether margins satisfy them.
+    /// Whether margins satisfy the limits.
     #[must_use]
     pub fn are_kept(&self, by: &Margins) -> bool {
         by.is_stable
@@ -197,7 +197,7 @@ impl Limits {
         lacking.max(f64::MIN_POSITIVE)
     }
 
-    /// Stricter limits: the same at 0; at 1 limits that no loop satisfies.
+    /// Tightens the limits by a share: 0 leaves them unchanged, and no loop satisfies the limits at 1.
     #[must_use]
     pub(crate) fn tightened(&self, share: f64) -> Self {
         let phase = self.phase.min(std::f64::consts::FRAC_PI_2);

@@ -28,7 +28,7 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// From the ideal (ISA) form `K (1 + 1/(Ti s) + Td s / (Td/N s + 1))` with N = [`FILTER_RATIO`]; an infinite `Ti` means no integral.
+    /// Converts the ideal (ISA) form `K (1 + 1/(Ti s) + Td s / (Td/N s + 1))` with N = [`FILTER_RATIO`]; an infinite `Ti` means no integral.
     #[must_use]
     pub fn ideal(k: f64, ti: f64, td: f64) -> Self {
         Self {
@@ -39,7 +39,7 @@ impl Controller {
         }
     }
 
-    /// From the series form `Kc (1 + 1/(tau_i s)) (tau_d s + 1)`.
+    /// Converts the series form `Kc (1 + 1/(tau_i s)) (tau_d s + 1)`.
     #[must_use]
     pub fn series(kc: f64, tau_i: f64, tau_d: f64) -> Self {
         let both = 1.0 + tau_d / tau_i;
@@ -58,7 +58,7 @@ impl Controller {
         self.kd / self.kp
     }
 
-    /// This controller with every gain multiplied by a factor.
+    /// The controller with every gain multiplied by a factor.
     #[must_use]
     pub fn times(&self, factor: f64) -> Self {
         Self {

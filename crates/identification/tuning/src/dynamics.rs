@@ -11,7 +11,7 @@ const AT_ZERO: f64 = 1e-7;
 /// `gain prod(s/-z + 1) / (s^n prod(s/-p + 1)) e^(-delay s)`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dynamics {
-    /// Output unit per input unit (and s^n).
+    /// The gain, output unit per input unit (and s^n).
     pub gain: f64,
     /// `n`.
     pub integrators: usize,
@@ -24,7 +24,7 @@ pub struct Dynamics {
 }
 
 impl Dynamics {
-    /// From a transfer function in s with a dead time, s.
+    /// Converts a transfer function in s with a dead time, s.
     ///
     /// # Errors
     /// If roots cannot be found.

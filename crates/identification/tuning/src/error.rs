@@ -10,7 +10,7 @@ pub(crate) type Result<T, E = TuneError> = std::result::Result<T, E>;
 /// Reasons why there are no gains. Each message ends with the next step.
 #[derive(Debug, thiserror::Error)]
 pub enum TuneError {
-    /// The model's verdict is that it is not reliable.
+    /// The model's verdict says that the model is not reliable.
     #[error(
         "the model's verdict is '{}', so gains from this model would be a guess. Identify a better model, or use this one anyway: {}",
         .0.words(), option("anyway")
@@ -24,7 +24,7 @@ pub enum TuneError {
         /// What decided.
         code: String,
     },
-    /// A model without a covariance that is not exactly known.
+    /// The model has no covariance, and the options do not say that it is exact.
     #[error(
         "the model file has no covariance, so the uncertainty of the plant is unknown. Use a model of planesman sysid fit, or treat this one as exact: {}",
         option("anyway")
@@ -58,7 +58,7 @@ pub enum TuneError {
         /// Why.
         source: IdentificationError,
     },
-    /// An unstable pole with a dead time that no controller can handle.
+    /// The plant has an unstable pole, and a dead time so long that no controller keeps the limit.
     #[error(
         "the plant has an unstable pole with a time constant of {time_constant:.4} s, and {delay:.4} s of dead time. Therefore no controller has a sensitivity peak below {least:.2}, but the limit {} is {limit}. \
          Shorten the dead time ({}, {}, the actuator), or allow a higher peak: {}",
@@ -73,10 +73,10 @@ pub enum TuneError {
         least: f64,
         /// The requested limit.
         limit: f64,
-        /// A limit that is possible.
+        /// A limit that a controller can keep.
         allowed: f64,
     },
-    /// A rule for another kind of model.
+    /// The rule is for another kind of model.
     #[error(
         "{} needs {needs}, but the model has {found}. Use {}",
         setting("method", method),
@@ -85,7 +85,7 @@ pub enum TuneError {
     NotFor {
         /// The method.
         method: &'static str,
-        /// The kind of model that it needs.
+        /// The kind of model that the rule needs.
         needs: &'static str,
         /// The property that the model has instead.
         found: String,
@@ -105,7 +105,7 @@ pub enum TuneError {
         /// The next step.
         advice: String,
     },
-    /// An option for another method.
+    /// The option is for another method.
     #[error(
         "{} is for {}",
         planesman_text::option(option),
@@ -114,10 +114,10 @@ pub enum TuneError {
     Option {
         /// The option.
         option: &'static str,
-        /// The methods that use it.
+        /// The methods that use the option.
         methods: &'static str,
     },
-    /// A phase that no controller of the kind can have.
+    /// The crossover needs a phase that no controller of this kind can have.
     #[error(
         "{}: {reason}. Choose a {direction} crossover, or {}",
         setting("crossover", crossover),

@@ -6,7 +6,7 @@ use crate::robustness::{Distribution, MISSED};
 use crate::tune::Tuning;
 
 impl Tuning {
-    /// Everything except the responses.
+    /// The tuning as JSON, without the responses.
     #[must_use]
     pub fn as_json(&self) -> Value {
         let finite = |value: f64| Some(value).filter(|it| it.is_finite());

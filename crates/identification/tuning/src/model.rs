@@ -55,7 +55,7 @@ pub struct UncertainModel {
 
 #[derive(Clone, Copy, Debug)]
 enum Kind {
-    /// Gain, logarithms, dead time.
+    /// The parameters are gain, logarithms of time constants, dead time.
     Process(Form),
     /// The first coefficients, this many, are `a`; the rest is the numerator.
     Equation { poles: usize },
@@ -179,7 +179,7 @@ impl UncertainModel {
         &self.centre
     }
 
-    /// The parameters this many standard deviations along a direction of the covariance.
+    /// The parameters, moved from the mean by this many standard deviations along a direction of the covariance.
     #[must_use]
     pub fn along(&self, direction: usize, deviations: f64) -> DVector<f64> {
         &self.centre + self.factor.column(direction) * deviations
@@ -420,7 +420,7 @@ fn is_of_lines(file: &ModelFile) -> bool {
     file.method != "exact" && file.num.len() > 1 && at_minus_one.abs() < 1e-9 * size
 }
 
-/// The coefficients of such a model for a held input, as produced by a controller: the numerator without that factor.
+/// The coefficients of a model of linear input, converted for the held input of a controller: the numerator without the factor `(1 + 1/z)/2`.
 fn of_held_input(poles: usize, count: usize) -> DMatrix<f64> {
     let mut held = DMatrix::identity(count, count);
     for row in poles..count {

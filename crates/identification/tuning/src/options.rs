@@ -38,11 +38,11 @@ impl Kind {
 /// The options of [`tune`](crate::tune); each is the option of the same name of `planesman tune`.
 #[derive(Clone, Debug)]
 pub struct TuneOptions {
-    /// `None`: chosen from the model.
+    /// The method; with `None` the model determines it.
     pub method: Option<Method>,
-    /// `None`: chosen from the model.
+    /// The method; with `None` the model determines it.
     pub controller: Option<Kind>,
-    /// The controller's sample time, s; `None`: the model's.
+    /// The controller's sample time, s; with `None` the model's sample time.
     pub period: Option<f64>,
     /// The time from a sample to the resulting command, s.
     pub computing_delay: f64,
@@ -54,7 +54,7 @@ pub struct TuneOptions {
     pub ms: f64,
     /// The gain crossover for `margins`, rad/s.
     pub crossover: Option<f64>,
-    /// `tau_c`, `lambda` or `1/wn`, s; `None`: the shortest within the limits.
+    /// `tau_c`, `lambda` or `1/wn`, s; with `None` the shortest time within the limits.
     pub closed_loop_time: Option<f64>,
     /// The damping ratio of placed poles.
     pub damping_ratio: f64,
@@ -117,7 +117,7 @@ impl TuneOptions {
         }
     }
 
-    /// If options do not apply to the method.
+    /// Refuses options that do not apply to the method.
     pub(crate) fn check(&self, method: Method) -> Result<()> {
         let paced = matches!(method, Method::Simc | Method::Lambda | Method::Placement);
         if self.closed_loop_time.is_some() && !paced {

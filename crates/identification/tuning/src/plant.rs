@@ -26,7 +26,7 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// From a transfer function in z, highest power first, and further ticks of delay.
+    /// Converts a transfer function in z, highest power first, with further ticks of delay.
     #[must_use]
     pub fn of_z(num: &[f64], den: &[f64], tick: f64, further: usize) -> Self {
         let lead = den.first().copied().unwrap_or(1.0);
@@ -46,7 +46,7 @@ impl Plant {
         }
     }
 
-    /// From a continuous model whose input is held over each tick and acts `delay` seconds later.
+    /// Samples a continuous model whose input is held over each tick and acts `delay` seconds later.
     ///
     /// # Errors
     /// [`Error`]: a model whose input acts on the output at once, a tick that is not above 0, numbers that overflow.

@@ -7,8 +7,8 @@
 //! ```
 //! with half a tick `T/2` for the hold. Zeros in the left half plane are first cancelled against a nearby time constant, by the rules T1 to
 //! T3 (Skogestad, *J. Process Control* 13, 2003, sec. 2 and 3). If these rules change the gain, the longest remaining lag is scaled with
-//! it: `k / tau_1`, which the rules preserve, stays the same, and `k` is the model's gain. An integrator is an infinite time constant, and
-//! no zero cancels it.
+//! it: `k / tau_1`, which the rules preserve, stays the same, and `k` is the model's gain. An integrator counts as an infinite time constant, which no
+//! zero cancels.
 
 use nalgebra::Complex;
 use planesman_linear::ComplexFunctions as _;
@@ -27,9 +27,9 @@ const SAME: f64 = 1e-9;
 /// The number of remaining time constants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// One, for a PI controller.
+    /// One time constant, for a PI controller.
     First,
-    /// Two, for a PID controller.
+    /// Two time constants, for a PID controller.
     Second,
 }
 

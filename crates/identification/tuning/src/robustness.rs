@@ -20,7 +20,7 @@ const INSTANTS: usize = 400;
 pub struct Distribution {
     /// The value for the model itself.
     pub model: f64,
-    /// For the random plants, sorted; infinite values at the ends.
+    /// The values for the random plants, sorted; infinite values are at the ends.
     pub sorted: Vec<f64>,
 }
 
@@ -135,12 +135,12 @@ pub struct Band {
     pub times: Vec<f64>,
     /// The value for the model itself.
     pub model: Vec<f64>,
-    /// The 5 % and 95 % quantiles of the random plants; without any the model's own.
+    /// The 5 % and 95 % quantiles of the random plants; without random plants the model's own values.
     pub range: Vec<(f64, f64)>,
 }
 
 impl Band {
-    /// From curves over the same times, s, the model's own first; thinned out if there are many instants.
+    /// Computes the band from curves over the same times, s, the model's own curve first; if there are many instants, some are left out.
     #[must_use]
     pub fn of(times: &[f64], lines: &[&[f64]]) -> Self {
         let every = times.len().div_ceil(INSTANTS).max(1);
@@ -172,7 +172,7 @@ pub struct Steps {
     pub load: Band,
     /// Overshoot, % of the setpoint step.
     pub overshoot: Distribution,
-    /// Settling time to within 2 %, s; infinite if it does not settle in the time shown.
+    /// Settling time to within 2 %, s; infinite if the output does not settle in the time shown.
     pub settling: Distribution,
     /// The largest change of the input from its initial value, input unit.
     pub peak_input: Distribution,

@@ -13,7 +13,7 @@ use crate::closed_loop::PlantResponse;
 use crate::controller::{Controller, FILTER_RATIO};
 use crate::reduction::Reduced;
 
-/// The ratio of `Ti` to `Td` if a phase leaves both open: the zeros are then equal.
+/// The ratio of `Ti` to `Td` if the required phase does not determine both; the controller's zeros are then equal.
 const TI_PER_TD: f64 = 4.0;
 
 /// SIMC: the loop shall respond with the time constant `tau_c` (s) after the dead time. With a second time constant it gives a PID

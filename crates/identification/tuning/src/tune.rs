@@ -66,13 +66,13 @@ impl Tuning {
     }
 }
 
-/// The factors by which limits are loosened to find some that gains keep.
+/// The factors by which limits are loosened, to find limits that some gains keep.
 const LOOSER: [f64; 3] = [1.25, 1.6, 2.0];
 
 /// The inputs of the methods.
 struct Task<'a> {
     options: &'a TuneOptions,
-    /// Includes the computing delay; zeros shorter than a sample are dead time.
+    /// The model including the computing delay; zeros shorter than a sample are converted to dead time.
     dynamics: Result<Dynamics>,
     sampling: Sampling,
     limits: Limits,
@@ -191,7 +191,7 @@ pub fn tune(file: &ModelFile, options: &TuneOptions) -> Result<Tuning> {
 }
 
 impl Task<'_> {
-    /// The model by the half rule, with the integrators and the gain of the sampled plant.
+    /// Reduces the model by the half rule, with the integrators and the gain of the sampled plant.
     fn reduced(&self, kind: Kind) -> std::result::Result<Reduced, String> {
         let dynamics = self.dynamics.as_ref().map_err(ToString::to_string)?;
         let reduced = half_rule(dynamics, kind.order(), self.sampling.tick)?;
@@ -596,7 +596,7 @@ impl Task<'_> {
         }
     }
 
-    /// Options with looser limits that some gains keep, tried with this method.
+    /// Options with looser limits, for which this method finds gains.
     fn looser(&mut self, method: Method, kind: Kind) -> Option<String> {
         let asked = self.limits;
         let options = self.options;

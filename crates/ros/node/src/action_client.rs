@@ -65,7 +65,7 @@ impl Part {
 }
 
 impl<A: Action> ActionClient<A> {
-    /// Opens the action, and passes on all feedback, of any goal.
+    /// Opens the action, and passes on the feedback of all goals.
     pub(crate) fn open(
         shared: &Rc<Shared>,
         name: &str,

@@ -1,7 +1,7 @@
 //! Action servers: goals with feedback, cancelling and a result.
 //!
 //! An action `NAME` consists of three services and two topics below `NAME/_action` (design.ros2.org, "Actions"): `send_goal`, `cancel_goal`,
-//! `get_result`; `feedback`, `status`. The middleware defines their names and types; this module defines their behaviour:
+//! `get_result`; `feedback`, `status`. The middleware defines the names and types of these services and topics; this module defines their behaviour:
 //!
 //! - Every goal is accepted and becomes an event with a [`Goal`], which the node ends with [`Goal::succeed`], [`Goal::abort`] or
 //!   [`Goal::cancel`]; immediately if it cannot be done, because a result can give the reason and a rejection cannot. Only a goal with a known
@@ -368,7 +368,7 @@ where
     }
 }
 
-/// The same request as a type with readable fields: the fields of the middleware's type are private.
+/// Converts a request to a type with readable fields, because the fields of the middleware's type are private.
 fn readable(request: &action_msgs::CancelGoalRequest) -> serde_json::Result<CancelGoalRequest> {
     serde_json::from_value(serde_json::to_value(request)?)
 }

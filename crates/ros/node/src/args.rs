@@ -81,7 +81,7 @@ impl FromStr for Remap {
 pub enum ParameterSource {
     /// `-p [node:]name:=value`
     Assignment {
-        /// Node that it applies to; any node if `None`.
+        /// Node that the source applies to; any node if `None`.
         node: Option<String>,
         /// The parameter.
         name: String,

@@ -2,7 +2,7 @@
 //!
 //! A node publishes its claim in its diagnostics, once a second and when a new participant appears, and reads the claims of others. A claim
 //! counts only while its participant has the endpoint of the role: for the vehicle a writer of its state. Of two claims to one role, the claim at the
-//! later stage has priority (requested, held, in use), then the one with the lower identity; clocks are not used. Both sides apply the same rule, and
+//! later stage has priority (requested, held, in use), then the claim with the lower identity; clocks are not used. Both sides apply the same rule, and
 //! a stage never goes back. A node that finds a claim with priority over its own must end, and names the other. **A role in use is never given up**:
 //! two loops that meet in flight both continue, and both report it.
 

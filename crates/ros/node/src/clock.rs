@@ -12,7 +12,7 @@ use std::{
 
 use planesman_msgs::builtin_interfaces::msg::Time;
 
-/// Longest sleep until a time of the machine's clock, because somebody may set that clock meanwhile.
+/// Longest single sleep on the machine's clock; it is limited because somebody may set that clock meanwhile.
 const LONGEST_SLEEP: Duration = Duration::from_secs(1);
 
 /// Source of the node's time. The log reads it from any thread.
@@ -38,7 +38,7 @@ impl Clock {
         }
     }
 
-    /// Whether the time is not the machine's.
+    /// Whether the time comes from `/clock` or from the node itself, instead of the machine.
     pub(crate) fn is_simulated(&self) -> bool {
         self.simulated.load(Relaxed) || self.own.load(Relaxed)
     }
@@ -49,7 +49,7 @@ impl Clock {
         self.wake();
     }
 
-    /// Handles a `/clock` message. A node that sets its time itself ignores it.
+    /// Handles a `/clock` message. A node that sets its time itself ignores this time.
     pub(crate) fn on_clock(&self, time: &Time) {
         if !self.own.load(Relaxed) {
             self.latest.store(time.nanos(), Relaxed);

@@ -39,11 +39,11 @@ const MAX_DESCRIBERS: usize = 8;
 pub struct Definition {
     /// Definition as stored in bags (`ros2msg`); empty if it is not known.
     pub text: String,
-    /// `RIHS01_...`, computed from the text; for a type without text the publisher's, or empty.
+    /// The hash `RIHS01_...`, computed from the text. For a type without text it is the publisher's hash, or empty.
     pub type_hash: String,
 }
 
-/// Why a type has no definition.
+/// The reason why a type has no definition.
 #[derive(Debug, thiserror::Error)]
 pub enum DefinitionError {
     /// Invalid ROS type name.
@@ -91,7 +91,7 @@ pub struct Definitions {
 }
 
 impl Definitions {
-    /// With the installed packages of `AMENT_PREFIX_PATH`.
+    /// Uses the installed packages of `AMENT_PREFIX_PATH`.
     #[must_use]
     pub fn from_environment() -> Self {
         let paths = env::var_os("AMENT_PREFIX_PATH").unwrap_or_default();

@@ -21,7 +21,7 @@ const CONNECTIONS: &str = ": connections";
 pub enum Level {
     /// Works.
     Ok,
-    /// Works, but needs attention.
+    /// The function works, but needs attention.
     Warn,
     /// Does not work.
     Error,
@@ -187,7 +187,7 @@ pub(crate) fn array(shared: &Shared) -> DiagnosticArray {
     }
 }
 
-/// Number of messages that the node has published and received, without those about nodes themselves.
+/// Number of messages that the node has published and received, without messages about nodes themselves.
 pub(crate) fn messages(shared: &Shared) -> u64 {
     let endpoints = shared.endpoints.borrow();
     let of_the_loop = |topic: &str| !["/diagnostics", "/rosout"].contains(&topic);

@@ -9,7 +9,7 @@ use rustdds::{
 
 use crate::shared::Shared;
 
-/// Maximum number of pairs remembered; beyond it all are logged again.
+/// Maximum number of pairs remembered; beyond this number all pairs are logged again.
 const MAX_PAIRS: usize = 1000;
 
 /// Logs each event once per pair of endpoints.

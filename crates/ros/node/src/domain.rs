@@ -19,7 +19,7 @@ pub struct Domain {
 }
 
 impl Domain {
-    /// From `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE` and `ROS_LOCALHOST_ONLY`.
+    /// Reads `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE` and `ROS_LOCALHOST_ONLY`.
     ///
     /// # Errors
     /// A variable has a value that ROS does not define, or a range that is not supported here.

@@ -12,19 +12,19 @@ pub(crate) type Result<T, E = Error> = std::result::Result<T, E>;
 /// Any error of a program built on this crate.
 pub type BoxedError = Box<dyn std::error::Error + Send + Sync>;
 
-/// Why a node did not start, or could not do something.
+/// The reason why a node did not start, or why an operation failed.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// An invalid argument or name.
     #[error(transparent)]
     Argument(#[from] BadArgument),
-    /// A parameter value that its declaration refuses.
+    /// A parameter value is not allowed by the parameter's declaration.
     #[error(transparent)]
     Parameter(#[from] Refusal),
-    /// Parameter values that the node's own rule refuses.
+    /// Parameter values violate a rule of the node.
     #[error("parameters: {0}")]
     Parameters(BoxedError),
-    /// A parameter file that cannot be read, or is invalid.
+    /// A parameter file cannot be read, or is invalid.
     #[error("--params-file {path}: {reason}")]
     ParameterFile {
         /// As given.
@@ -54,7 +54,7 @@ pub enum Error {
     /// The machine's time cannot be represented in DDS timestamps.
     #[error("this machine's clock is {0}: set it")]
     Clock(&'static str),
-    /// A name refused by the middleware.
+    /// The middleware refuses a name.
     #[error("{name}: {reason}")]
     Name {
         /// The name.
@@ -92,7 +92,7 @@ pub enum Error {
     /// A fatal error of the middleware or the system.
     #[error("{0}")]
     Failed(String),
-    /// A request that contains a number that is not finite.
+    /// A request contains a number that is not finite.
     #[error("{service}: request not {done}, because {field} is not finite")]
     NotFinite {
         /// The service or action.
@@ -102,7 +102,7 @@ pub enum Error {
         /// The field that is not finite.
         field: String,
     },
-    /// No answer within the timeout.
+    /// There was no answer within the timeout.
     #[error("{service}: no answer within {timeout:?}")]
     NoAnswer {
         /// The service.
@@ -128,7 +128,7 @@ impl Error {
         }
     }
 
-    /// For `map_err`: an error of the system while doing `what`.
+    /// For `map_err`: converts an error of the operating system that occurred while doing `what`.
     pub(crate) fn system<E: Into<io::Error>>(what: impl Into<String>) -> impl FnOnce(E) -> Self {
         move |reason| Self::System {
             what: what.into(),
@@ -136,7 +136,7 @@ impl Error {
         }
     }
 
-    /// For `map_err`: a name refused by the middleware.
+    /// For `map_err`: converts the refusal of a name by the middleware.
     pub(crate) fn name<E: Display>(name: &str) -> impl FnOnce(E) -> Self {
         move |reason| Self::Name {
             name: name.to_owned(),
@@ -144,7 +144,7 @@ impl Error {
         }
     }
 
-    /// For `map_err`: an error of the middleware.
+    /// For `map_err`: converts an error of the middleware.
     pub(crate) fn middleware(reason: impl std::fmt::Debug) -> Self {
         Self::Middleware {
             what: "the middleware refuses".to_owned(),
@@ -152,7 +152,7 @@ impl Error {
         }
     }
 
-    /// For `map_err`: a failed call of the service.
+    /// For `map_err`: converts the failure of a service call.
     pub(crate) fn call<E: Display>(service: &str) -> impl FnOnce(E) -> Self {
         move |reason| Self::Call {
             service: service.to_owned(),

@@ -1,4 +1,4 @@
-//! Turns the file size limit into a write error instead of the end of the process.
+//! Makes a write beyond the file size limit fail with an error, instead of ending the process.
 //!
 //! Beyond `RLIMIT_FSIZE` (`ulimit -f`) the system sends SIGXFSZ, which ends the process. With a handler for the signal, the write fails with
 //! "File too large" instead.

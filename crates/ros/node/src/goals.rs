@@ -12,7 +12,7 @@ use ros2_client::action::{GoalId, GoalStatusEnum as GoalStatus};
 /// Number of ended goals whose results are kept.
 pub const REMEMBERED: usize = 32;
 
-/// One goal; `W` identifies a waiting client.
+/// A goal; `W` identifies a waiting client.
 struct Entry<R, W> {
     id: GoalId,
     accepted: Time,
@@ -102,7 +102,7 @@ impl<R: Clone, W> Goals<R, W> {
         }
     }
 
-    /// Ends a goal, and returns the clients waiting for its result. Of the ended goals, the oldest beyond [`REMEMBERED`] is dropped.
+    /// Ends a goal, and returns the clients waiting for its result. Drops the oldest ended goals beyond [`REMEMBERED`] is dropped.
     pub(crate) fn end(&mut self, id: GoalId, status: GoalStatus, result: R) -> Vec<W> {
         let Some(entry) = self.entry(id).filter(|entry| entry.result.is_none()) else {
             return Vec::new();

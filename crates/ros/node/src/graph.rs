@@ -1,4 +1,4 @@
-//! The node's entry on `ros_discovery_info`, its name and endpoints, by which ROS tools list nodes.
+//! The node's entry on `ros_discovery_info`, with the node's name and endpoints. ROS tools list nodes by these entries.
 //!
 //! The entry is published whenever an endpoint is added, and again when a reader has lost this participant and rediscovered it, for example
 //! after a pause longer than the lease. Fast DDS ignores a repeated sample, although the node is no longer in its lists.
@@ -21,7 +21,7 @@ use crate::error::{Error, Result};
 /// Minimum time between two repetitions: anyone can fake a reader's acknowledgements.
 const REPETITION_PERIOD: Duration = Duration::from_millis(50);
 
-/// Maximum number of readers remembered; beyond it all count as new.
+/// Maximum number of readers remembered; beyond this number all readers count as new.
 const MAX_READERS: usize = 1000;
 
 pub(crate) struct Graph {

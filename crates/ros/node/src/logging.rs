@@ -1,9 +1,9 @@
 //! Log: the macros of `log`, written to the console in rcl's format, to a file, and to `/rosout`.
 //!
-//! `[INFO] [1700000000.123456789] [auv.plant_sim]: text`. The middleware's errors are shown as errors, with limited frequency. Its warnings are
-//! about internals (a lost datagram, a peer that left) and count as debug; its other messages are dropped unless a level is set for it
-//! (`--log-level rustdds:=debug`). If one place in the code logs very often, for example for each message of a faulty peer, a limited number of
-//! lines is written and the rest is counted.
+//! `[INFO] [1700000000.123456789] [auv.plant_sim]: text`. The middleware's errors are shown as errors, with limited frequency. The middleware's warnings
+//! are about internals (a lost datagram, a peer that left) and count as debug; its other messages are dropped unless a level is set for the middleware
+//! (`--log-level rustdds:=debug`). If one place in the code logs very often, for example for each message of a faulty peer, a limited number of lines is
+//! written and the rest is counted.
 
 use crate::error::Result;
 use std::{

@@ -10,7 +10,7 @@ use crate::series::{Cursor, SAMPLES_PER_CHANNEL, Series};
 
 /// Maximum number of log lines kept.
 const MAX_LOG_LINES: usize = 2000;
-/// Maximum number of samples kept over all channels, 16 bytes each. With more channels than one vehicle has, each keeps fewer than
+/// Maximum number of samples kept over all channels, 16 bytes each. With more channels than one vehicle has, each channel keeps fewer than
 /// [`SAMPLES_PER_CHANNEL`].
 const SAMPLES_IN_ALL: usize = 25 * SAMPLES_PER_CHANNEL;
 /// Limits of one message to a page: samples, bytes of log lines, bytes of sections. The last item may exceed a limit; further items follow in
@@ -43,7 +43,7 @@ pub(crate) struct Channel {
 struct Section {
     version: u64,
     value: Arc<Value>,
-    /// Length of its text, bytes.
+    /// Length of the section's text, bytes.
     length: usize,
 }
 
@@ -73,7 +73,7 @@ impl Board {
         self.channels.entry(name.to_owned()).or_default()
     }
 
-    /// Creates a channel if it is missing; the others then keep fewer samples.
+    /// Creates a channel if it is missing; the other channels then keep fewer samples.
     fn make(&mut self, name: &str) {
         if self.channels.contains_key(name) {
             return;
@@ -161,7 +161,7 @@ pub(crate) struct Reader {
     channels: Vec<(usize, String, Cursor, Option<String>)>,
     version: u64,
     lines: u64,
-    /// Whether the last message did not contain everything new.
+    /// Whether the last message left out some of the new data.
     behind: bool,
 }
 
@@ -181,7 +181,7 @@ pub(crate) struct Message {
     /// Number of the channel, whether it restarts, times and values.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     series: Vec<(usize, bool, Vec<f64>, Vec<f64>)>,
-    /// Number of the channel, and why it has no samples; `None` once it has some.
+    /// Number of the channel, with the reason why the channel has no samples; `None` once it has samples.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     refused: Vec<(usize, Option<String>)>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
@@ -210,7 +210,7 @@ impl Reader {
         }
     }
 
-    /// Whether the last message did not contain everything new.
+    /// Whether the last message left out some of the new data.
     pub(crate) fn is_behind(&self) -> bool {
         self.behind
     }

@@ -5,7 +5,7 @@ use std::{io, net::SocketAddr};
 use planesman_decode::{CompileError, path::PathError, schema::SchemaError};
 use planesman_node::{BoxedError, DefinitionError};
 
-/// Why the server failed, or a request was refused.
+/// The reason why the server failed, or why a request was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// An error of the node.
@@ -29,7 +29,7 @@ pub enum Error {
     /// A type has no such field.
     #[error(transparent)]
     Field(#[from] CompileError),
-    /// A text that is not a field path.
+    /// The text is not a field path.
     #[error("'{0}': {1}")]
     Path(String, PathError),
     /// The name of a channel has no colon.
@@ -41,7 +41,7 @@ pub enum Error {
     /// The limit of channels is reached.
     #[error("at most {0} channels are allowed")]
     Channels(usize),
-    /// A topic that was refused before, with the reason.
+    /// The topic was refused before; contains the reason.
     #[error("{0}")]
     Refused(String),
     /// A service without a server.
@@ -56,13 +56,13 @@ pub enum Error {
     /// An error in a quantity of a manoeuvre, with its name.
     #[error("{0}: {1}")]
     Quantity(&'static str, Box<Self>),
-    /// A text that is not a number.
+    /// The text is not a number.
     #[error("'{0}' is not a number")]
     Number(String),
-    /// A text that is not a finite number.
+    /// The text is not a finite number.
     #[error("'{0}' is not a finite number")]
     NotFinite(String),
-    /// A text that is not a quantity of the dimension.
+    /// The text is not a quantity of the dimension.
     #[error("'{text}': a number in {unit} is expected, or a number with one of the units {units}")]
     Unit {
         /// Text as sent by the page.
@@ -72,13 +72,13 @@ pub enum Error {
         /// Unit of the page.
         unit: String,
     },
-    /// A text that is not a Boolean value.
+    /// The text is not a Boolean value.
     #[error("'{0}' is neither true nor false")]
     Bool(String),
-    /// A text that is not an integer.
+    /// The text is not an integer.
     #[error("'{0}' is not a whole number")]
     Integer(String),
-    /// A text that is not a list of the expected type.
+    /// The text is not a list of the expected type.
     #[error("'{0}' is not a list of {1}, such as [.., ..]")]
     List(String, &'static str),
     /// An unknown type of `rcl_interfaces/msg/ParameterType`.

@@ -1,4 +1,4 @@
-//! Subscriptions whose numbers are read: messages of any type, decoded by the type's definition.
+//! Subscriptions to topics of any message type; the numbers are decoded by the type's definition.
 
 use std::collections::BTreeMap;
 
@@ -24,7 +24,7 @@ pub(crate) struct Feed {
     values: Values,
     pub(crate) losses: Losses,
     pub(crate) received: u64,
-    /// Why the last message could not be read.
+    /// The reason why the last message could not be read.
     pub(crate) trouble: Option<String>,
 }
 

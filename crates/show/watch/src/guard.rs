@@ -77,7 +77,7 @@ impl Guard {
         Ok(HeaderValue::try_from(cookie).ok().filter(|_| is_visit))
     }
 
-    /// Whether the host is an IP address, a loopback one if only this machine is served; a name could belong to anyone.
+    /// Whether the host is an IP address (a loopback address if only this machine is served), because a name could belong to anyone.
     fn is_own(&self, host: &str) -> bool {
         let (name, _) = name_and_port(host);
         let name = name.trim_start_matches('[').trim_end_matches(']');
@@ -100,7 +100,7 @@ fn cookie_name(host: &str) -> String {
     format!("planesman_watch_{}", name_and_port(host).1)
 }
 
-/// The values of the cookies of this name.
+/// The values of all cookies with this name.
 fn cookies<'a>(headers: &'a HeaderMap, name: &'a str) -> impl Iterator<Item = &'a str> {
     let all = headers.get_all(header::COOKIE).iter();
     all.filter_map(|it| it.to_str().ok())
@@ -122,7 +122,7 @@ fn new_token() -> Result<String, getrandom::Error> {
     Ok(bytes.map(|byte| format!("{byte:02x}")).concat())
 }
 
-/// Compares in constant time.
+/// Compares two texts in constant time.
 fn same(given: &str, token: &str) -> bool {
     let differing = given.bytes().zip(token.bytes());
     given.len() == token.len() && differing.fold(0, |all, (a, b)| all | (a ^ b)) == 0

@@ -96,8 +96,8 @@ pub fn run(options: Options, models: ModelFunctions, arguments: RosArguments) ->
     rt.run(move |rt, event| Ok(watch.on(rt, event)))
 }
 
-/// Opens the page in the user's browser; without a browser the user opens the printed address. Without a display the only browser would run
-/// in the terminal and hide this program's output.
+/// Opens the page in the user's browser; without a browser the user opens the printed address. Without a display no browser is opened, because it would
+/// run in the terminal and hide this program's output.
 ///
 /// Every user of the machine can see a program's arguments. So the browser gets a file of mode 0600 that redirects to the address.
 fn open(page: &str) -> Option<NamedTempFile> {

@@ -67,9 +67,9 @@ pub(crate) enum Event {
 enum TopicRequest {
     /// The topic has no publisher yet.
     Missing,
-    /// The definition of its type has been requested.
+    /// The definition of the topic's type has been requested.
     Defining,
-    /// The feed with this index reads it.
+    /// The feed with this index reads the topic.
     Open(usize),
     Refused(String),
 }
@@ -88,7 +88,7 @@ pub(crate) struct Watch {
     times: BTreeMap<String, f64>,
     nodes: Nodes,
     polls: u64,
-    /// Number of messages of each feed at the last count, and its time.
+    /// Number of messages of each feed at the last count, and the time of that count.
     counted: (Instant, Vec<u64>),
     /// Clients by type and name.
     clients: HashMap<(TypeId, String), Box<dyn Any>>,

@@ -31,12 +31,12 @@ pub(crate) fn bounded(text: &str) -> &str {
 struct Node {
     /// Whether discovery lists the node now.
     discovered: bool,
-    /// When discovery dropped the node.
+    /// Time at which discovery dropped the node.
     gone: Option<Instant>,
-    /// When its last diagnostics arrived.
+    /// Time at which the node's last diagnostics arrived.
     heard: Option<Instant>,
     connections: Option<Connections>,
-    /// Message rate of each of its topics, 1/s.
+    /// Message rate of each of the node's topics, 1/s.
     rates: BTreeMap<String, f64>,
 }
 

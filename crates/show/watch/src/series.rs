@@ -8,7 +8,7 @@ pub(crate) const SAMPLES_PER_CHANNEL: usize = 200_000;
 /// A reader that falls behind by more samples continues with the newest samples: otherwise a slow connection would show an ever older past.
 const MAX_LAG: u64 = 20_000;
 
-/// If time goes back by less than this, s, a message is out of order; by more, the vehicle has restarted.
+/// If time goes back by less than this, s, a message is out of order. If it goes back by more, the vehicle has restarted.
 const RESTART: f64 = 1.0;
 
 /// Values over time, s.
@@ -42,7 +42,7 @@ pub(crate) struct News {
 }
 
 impl Series {
-    /// Adds a sample and keeps the latest `kept`; ignores a late sample or a second one at the same time.
+    /// Adds a sample and keeps the latest `kept`; ignores a late sample, or a second sample at the same time.
     pub(crate) fn push(&mut self, time: f64, value: f64, kept: usize) {
         if !(time.is_finite() && value.is_finite()) {
             return;

@@ -10,7 +10,7 @@ use crate::Error;
 /// SI units, and the units in which the page shows them.
 const SHOWN: [(&str, &str); 3] = [("rad", "deg"), ("rad/s", "deg/s"), ("Pa", "kPa")];
 
-/// The page's unit for an SI unit; `None` if it stays in SI, such as a gain or a count.
+/// The page's unit for an SI unit; `None` if the page shows the SI unit, as for a gain or a count.
 fn shown(si: &str) -> Option<(Dimension, Unit)> {
     let dimension = Dimension::of_si_unit(si)?;
     let (_, symbol) = SHOWN.iter().find(|(it, _)| *it == si)?;

@@ -1,4 +1,4 @@
-//! Limits of connections, per address and in total. At the limit a new connection replaces an old one.
+//! Limits of connections, per address and in total. If the limit is reached, a new connection replaces an old one.
 //!
 //! Connections without the token are closed first, then connections without an event stream; within these, the oldest connection of the address with
 //! the most connections.
@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::oneshot;
 
-/// Maximum number per address and in total.
+/// Maximum number of connections per address and in total.
 #[derive(Clone, Copy)]
 struct Places {
     each: usize,
@@ -25,7 +25,7 @@ const STREAMS: Places = Places { each: 16, all: 32 };
 /// State of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Stage {
-    /// The token has not been shown yet.
+    /// The visitor has not sent the token yet.
     Unknown,
     Known,
     Stream,
@@ -34,7 +34,7 @@ enum Stage {
 struct Entry {
     address: IpAddr,
     stage: Stage,
-    /// Dropping it closes the connection.
+    /// Dropping this sender closes the connection.
     _close: oneshot::Sender<()>,
 }
 

@@ -7,9 +7,9 @@ pub enum Fault {
     Floor,
     /// Too shallow.
     Ceiling,
-    /// Pitched too far down.
+    /// The bow is too far down.
     BowDown,
-    /// Pitched too far up.
+    /// The bow is too far up.
     BowUp,
     /// The vehicle's state is missing.
     Silence,

@@ -51,7 +51,7 @@ impl Feedback {
         }
     }
 
-    /// This feedback with estimated depth, pitch, their rates and speed; roll and heading remain unchanged.
+    /// Replaces depth, pitch, their rates and speed by the estimate; roll and heading remain unchanged.
     #[must_use]
     pub(crate) fn estimated(self, estimated: &Estimated) -> Self {
         let estimate = &estimated.estimate;

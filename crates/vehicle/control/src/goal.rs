@@ -12,7 +12,7 @@ use crate::runs::{RUNS, Run};
 #[derive(Clone, Debug, PartialEq)]
 enum Waveform {
     Signal(TestSignal),
-    /// A run of the report, times a factor.
+    /// A test run of the report, multiplied by a factor.
     Run(Run, f64),
 }
 
@@ -22,7 +22,7 @@ pub(crate) struct Underway {
     waveform: Waveform,
     /// ns
     duration: i64,
-    /// The time of its first tick, ns of the run; `None` before that.
+    /// The time of the manoeuvre's first tick, ns of the run; `None` before that tick.
     began: Option<i64>,
     /// Its progress.
     pub progress: Progress,
@@ -31,7 +31,7 @@ pub(crate) struct Underway {
 /// The progress of a manoeuvre.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Progress {
-    /// Time since it began, s.
+    /// Time since the manoeuvre began, s.
     pub elapsed: f64,
     /// The present offset on the planes, rad, positive dive.
     pub dive_planes: f64,

@@ -11,7 +11,7 @@ use planesman_parameters::Choice;
 
 use crate::angle_loop::short_way;
 
-/// Way-points in the horizontal plane, and how they are followed.
+/// Way-points in the horizontal plane, with the settings for following them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Path {
     /// Each point along and to starboard of the initial heading, m.
@@ -36,7 +36,7 @@ pub(crate) struct Progress {
 pub(crate) struct Course {
     /// rad, from the initial heading, to starboard, within half a turn.
     pub heading: f64,
-    /// The point on the path to steer for; at its end the last way-point.
+    /// The point on the path to steer for; at the end of the path this is the last way-point.
     pub target: [f64; 2],
 }
 
@@ -103,9 +103,9 @@ pub struct TurningManoeuvre {
 /// The state of the rudder's manoeuvre.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Swing {
-    /// The heading at its start, rad.
+    /// The heading at the start of the manoeuvre, rad.
     from: Option<f64>,
-    /// Whether the rudder is on the other side.
+    /// Whether the rudder is reversed, that is, on the other side.
     over: bool,
 }
 

@@ -58,7 +58,7 @@ pub(crate) struct Thrusters {
     pub names: Vec<String>,
     thrusters: Vec<Thruster>,
     commands: Vec<Inverse>,
-    /// The smallest of the thrusters' largest thrusts, N.
+    /// The maximum thrust of the weakest thruster, N.
     most: f64,
     allocation: Allocation,
     /// Masses and moments of inertia, including added mass.
@@ -73,7 +73,7 @@ impl PartialEq for Thrusters {
 }
 
 impl Thrusters {
-    /// For the vehicle with that name, or in the file at that path.
+    /// Loads the thrusters of a vehicle by its name, or from the file at a path.
     ///
     /// # Errors
     /// [`ParameterError::Hover`].
@@ -135,7 +135,7 @@ impl Thrusters {
 /// The measured pose of the vehicle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MeasuredPose {
-    /// Along, to starboard and down in the fixed frame, m.
+    /// The position along, to starboard and down in the fixed frame, m.
     pub place: [f64; 3],
     /// Roll, pitch, yaw, rad.
     pub angles: [f64; 3],
@@ -152,11 +152,11 @@ pub(crate) struct Target {
     pub heading: f64,
 }
 
-/// The memory of the law.
+/// The state of the control law between ticks.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Hover {
     last: Option<[f64; 3]>,
-    /// In the fixed frame, m/s^2, and in yaw, rad/s^2.
+    /// The integral terms: in the fixed frame, m/s^2, and in yaw, rad/s^2.
     integral: [f64; 4],
 }
 

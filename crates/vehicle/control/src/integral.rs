@@ -7,9 +7,8 @@
 //! | none | `Ki e` |
 //! | conditional_integration | `Ki e`, but 0 while that would drive `u` further beyond its limit |
 //! | back_calculation | `Ki e + (u_lim - u) / T_t` |
-//!
-//! With each strategy the term itself stays within its own limit (`i_clamp` there). The integral is stored in the unit of the output, so a changed
-//! gain causes no step. (Astrom and Hagglund, *Advanced PID Control*, 2006, ch. 3.)
+//! With each strategy the integral term itself stays within its own limit (`i_clamp` in `control_toolbox`). The integral is stored in the unit of the
+//! output, so a changed gain causes no step. (Astrom and Hagglund, *Advanced PID Control*, 2006, ch. 3.)
 
 use crate::error::ParameterError;
 use crate::limits::{Limit, bounded};
@@ -43,9 +42,9 @@ impl AntiWindup {
 /// The anti-windup strategies by name, as in `control_toolbox`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum Strategy {
-    /// Only the integral's own limit.
+    /// No anti-windup; only the integral's own limit applies.
     None,
-    /// No integration further into saturation.
+    /// The integral does not move further while the output is saturated.
     ConditionalIntegration,
     /// The amount cut off by the saturation is fed back.
     BackCalculation,

@@ -23,7 +23,7 @@ pub(crate) struct Lag {
 
 impl Lag {
     /// The output `dt` seconds after the last one, for the input `input` and the time constant
-    /// `tau` (s); the input itself for a `tau` of 0.
+    /// `tau` (s); with a `tau` of 0 the output is the input.
     pub(crate) fn after(&mut self, input: f64, tau: f64, dt: f64) -> f64 {
         let output = match self.output {
             Some(last) if tau > 0.0 => input + faded(last - input, tau, dt),

@@ -6,7 +6,7 @@
 //! heading setpoint -> heading PD -> rudder           speed setpoint -> feed-forward + P -> thrust
 //! ```
 //! Heading and speed are controlled if their `active` parameter is set, or once a setpoint has been received on their topic. Roll is controlled to
-//! zero. In mode off nothing is held.
+//! zero. In mode off no quantity is controlled.
 
 use crate::allocation::Shared;
 use crate::angle_loop::short_way;
@@ -67,11 +67,11 @@ pub(crate) struct LoopTerms {
     pub dive: DiveTerms,
     /// The dive planes' command.
     pub planes: Shared,
-    /// Roll, if it is held; the command is the bow planes' differential, rad.
+    /// The roll loop, if roll is controlled; the command is the bow planes' differential, rad.
     pub roll: Option<Regulated>,
-    /// Heading, if it is held; the command is the rudder, rad.
+    /// The heading loop, if heading is controlled; the command is the rudder, rad.
     pub heading: Option<Regulated>,
-    /// Speed, if it is held; the command is the share of full thrust.
+    /// The speed loop, if speed is controlled; the command is the share of full thrust.
     pub speed: Option<Regulated>,
     /// Whether the planes climb because of a fault.
     pub climbing: bool,
@@ -96,7 +96,7 @@ impl Loops {
         self.autopilot.neutralised();
     }
 
-    /// The commands with closed loops; `manoeuvre` is the test signal of a manoeuvre, rad of plane.
+    /// The commands of the closed loops; `manoeuvre` is the test signal of a manoeuvre, rad of plane.
     pub(crate) fn step(
         &mut self,
         (config, gains): (&Config, &Gains),
@@ -209,7 +209,7 @@ impl Loops {
         }
     }
 
-    /// Heading, by the rudder; `None` if it is not held.
+    /// Controls heading by the rudder; `None` if heading is not controlled.
     fn heading(&mut self, config: &Config, feedback: &Feedback, tick: Tick) -> Option<Regulated> {
         let heading = &mut self.setpoints.heading;
         if !config.parameters.heading.active && heading.commanded().is_none() {
@@ -264,7 +264,7 @@ impl Loops {
             .step(law, thrusters, &seen(feedback), &target, dt)
     }
 
-    /// Holds place, depth and heading by the thrusters.
+    /// Holds position, depth and heading by the thrusters.
     fn hover(&mut self, config: &Config, feedback: &Feedback, tick: Tick, terms: &mut LoopTerms) {
         let Some(thrusters) = &config.thrusters else {
             return;
@@ -290,7 +290,7 @@ impl Loops {
         });
     }
 
-    /// Speed, by the thrust; `None` if it is not held.
+    /// Controls speed by the thrust; `None` if speed is not controlled.
     fn speed(&mut self, config: &Config, feedback: &Feedback, tick: Tick) -> Option<Regulated> {
         let speed = &mut self.setpoints.speed;
         if !config.parameters.speed.active && speed.commanded().is_none() {

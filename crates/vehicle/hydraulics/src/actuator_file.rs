@@ -1,4 +1,4 @@
-//! Actuator files in YAML: every quantity has its unit and is converted to SI here, once.
+//! Actuator files in YAML. Every quantity has its unit; only this module converts it to SI.
 //!
 //! `actuators/table_4_1.yaml` is the example; the fields are Tables 3-1 and 4-1 of IBM 66-L03-005. [`BUILT_IN`] lists the built-in files;
 //! `auv_two_speed` is the example of a `small_volume`. A file with `edges` is a circuit of on/off valves ([`planesman_circuit::file`]).
@@ -41,7 +41,7 @@ pub const SWITCHING_ENERGY: f64 = 0.55;
 const SHORTEST_TIME: f64 = 1e-6;
 const MOST_RADIANS: f64 = 1e4;
 
-/// Why an actuator was not loaded.
+/// The reason why an actuator was not loaded.
 #[derive(Debug, thiserror::Error)]
 pub enum ActuatorFileError {
     /// The file cannot be read.
@@ -242,7 +242,7 @@ struct Logic {
     limit_feedback: Option<f64>,
 }
 
-/// Reads a quantity in SI and checks its range; the file may also give it as a plane angle, or a flow as a turning rate. `per_radian` is
+/// Reads a quantity in SI and checks its range; the file may also give the quantity as a plane angle, or a flow as a turning rate. `per_radian` is
 /// the quantity that moves the planes by 1 rad, or by 1 rad/s.
 fn angle_or(
     dimension: Dimension,
@@ -336,7 +336,7 @@ impl Logic {
     }
 }
 
-/// Whether a rule is met, its field, and the allowed values.
+/// Whether a rule is satisfied, with the rule's field and the allowed values.
 type CheckedRule = (bool, &'static str, Cow<'static, str>);
 
 impl ActuatorSet {

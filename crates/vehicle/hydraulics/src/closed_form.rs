@@ -97,7 +97,7 @@ struct CompressibleSliding {
     root: f64,
     /// 1/root.
     time: f64,
-    /// For real roots the one nearer to 0, from the product of both; mu + root would cancel at strong damping.
+    /// For real roots: the root nearer to 0, computed from the product of both roots, because `mu + root` would lose digits at strong damping.
     slow: f64,
     /// a/b, m^2 s.
     leakage_over_acceleration: f64,
@@ -242,7 +242,7 @@ impl ClosedForm {
         self.value_and_rate_in(quantity, &self.at(t))
     }
 
-    /// Like [`ClosedForm::value_and_rate`], at the start.
+    /// [`ClosedForm::value_and_rate`] at the start of the motion.
     #[must_use]
     pub(crate) fn value_and_rate_at_start(&self, quantity: Quantity) -> (f64, f64) {
         self.value_and_rate_in(quantity, &self.start)

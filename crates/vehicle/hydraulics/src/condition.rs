@@ -128,7 +128,7 @@ pub struct Sound {
 }
 
 impl Sound {
-    /// Takes them from an actuator's constants.
+    /// Reads these constants from an actuator's constants.
     #[must_use]
     pub fn new(set: &ActuatorSet) -> Self {
         Self {

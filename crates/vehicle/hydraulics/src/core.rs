@@ -4,12 +4,12 @@
 //! actuator's own clock, which starts at the first stamp. The motion is computed ahead on a copy. So any stamp may follow: also a stamp that skips
 //! ticks, or a stamp before the tick's end.
 //!
-//! **Commands hold** for `command_timeout` from their stamp. Then the planes are commanded to neutral, and `command_stale` is set. Before
-//! the first command they are neutral too.
+//! **Commands hold** for `command_timeout` from their stamp. Then the planes are commanded to neutral, and `command_stale` is set. Before the first
+//! command the planes are neutral too.
 //!
 //! **Stamps**: a repetition of the last command's stamp gets the last answer again. A late command, whose tick was already answered without
 //! it, gets that answer and applies from the next tick on. A stamp before the last command's stamp (or before the run, if no command has
-//! come) means the clock was set back. A stamp more than 600 s after the last tick means it was set forward. Both begin a new run with
+//! come) means the clock was set back. A stamp more than 600 s after the last tick means the clock was set forward. Both begin a new run with
 //! neutral planes at rest.
 //!
 //! In `dha_state` physical quantities are at the stamp; pulses, `inhibited`, `error` and `commanded_angle` belong to the decisions within
@@ -87,7 +87,7 @@ impl Moved {
         self.counts.map_or(switchings, |counts| counts.pulses)
     }
 
-    /// Whether all its numbers are finite; `angles` is its motion over the tick, rad.
+    /// Whether all numbers of the group are finite; `angles` is the group's motion over the tick, rad.
     fn is_finite(&self, angles: &[f64]) -> bool {
         let planes = &self.planes;
         let [p_a, p_b] = planes.chambers.map_or([0.0; 2], |it| it.pressures);
@@ -109,7 +109,7 @@ impl Moved {
 }
 
 impl Output {
-    /// One line of text for each group at its limit.
+    /// Lists the groups at their limits, one line of text for each group.
     #[must_use]
     pub fn limits(&self) -> Vec<String> {
         let line = |(member, moved): (&Member, &Moved)| {
@@ -420,7 +420,7 @@ impl Actuator {
         Self::of_files(parameters, tick_nanos, actuator_file::read)
     }
 
-    /// Like [`Actuator::new`]; `read` finds the actuators' files by name.
+    /// Creates the actuator as [`Actuator::new`] does; `read` finds the actuators' files by name.
     ///
     /// # Errors
     /// Same as [`Actuator::new`].

@@ -46,7 +46,7 @@ pub fn relay(amplitude: f64, output: f64, hysteresis: f64) -> Complex<f64> {
 /// Range of the search for a cycle: lower and upper end, not 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Search {
-    /// In the unit of the describing function's argument.
+    /// The amplitudes searched, in the unit of the describing function's argument.
     pub amplitudes: (f64, f64),
     /// rad/s.
     pub frequencies: (f64, f64),
@@ -114,7 +114,7 @@ pub fn balance(
 }
 
 /// The limit cycle, if there is one, of an actuator with leakage and the open loop `rest`: the actuator toggles between two positions `quantum`
-/// apart, in rad. The volumes per second are twice its frequency.
+/// apart, in rad. The number of volumes per second is twice the cycle's frequency.
 #[must_use]
 pub fn toggling(rest: &DelayedLoop, quantum: f64, threshold: f64) -> Balance {
     let hysteresis = threshold - 0.5 * quantum;

@@ -9,8 +9,7 @@
 //!
 //! The axes are coupled only through the speed and the direction of motion that the attitude gives, the same as in the report (ch. II). There is no
 //! sideslip, no roll in a turn and no drag due to turning. `tick` integrates.
-//!
-//! With everything off (held speed, no roll, rudder, current, bottom, waves or tether) the result is the vertical plane alone.
+//! With all these effects off (constant speed; no roll, rudder, current, bottom, waves or tether) only the motion in the vertical plane remains.
 
 use crate::{
     State, Vehicle,
@@ -43,7 +42,7 @@ pub struct Body {
 }
 
 impl Body {
-    /// A body upright and on its initial heading.
+    /// An upright body on its initial heading.
     #[must_use]
     pub fn upright(plane: State, speed: f64) -> Self {
         Self {
@@ -183,9 +182,9 @@ impl Drive {
 pub struct BodyMotion {
     /// The vertical plane at the held speed, and the longest step.
     pub vertical: Motion,
-    /// Roll axis; `None`: roll stays constant.
+    /// Roll axis; with `None` roll stays constant.
     pub roll: Option<Axis>,
-    /// Yaw axis; `None`: yaw stays constant.
+    /// Yaw axis; with `None` yaw stays constant.
     pub yaw: Option<Axis>,
     /// Thrust and drag; `None` if the speed is held at the value for the vertical plane.
     pub drive: Option<Drive>,

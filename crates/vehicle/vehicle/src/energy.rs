@@ -30,7 +30,7 @@ impl Derivatives {
             - 0.5 * (self.z_q_dot + self.m_w_dot) * w * q
     }
 
-    /// Kinetic energy \[J\] above which it always decreases, for a force \[N\] and moment \[N m\] of at most these sizes; infinite if the
+    /// Kinetic energy \[J\] above which the energy always decreases, for a force \[N\] and moment \[N m\] of at most these sizes; infinite if the
     /// model has no such bound.
     #[must_use]
     pub fn most_kinetic_energy(&self, force: f64, moment: f64) -> f64 {

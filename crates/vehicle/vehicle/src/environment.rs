@@ -2,8 +2,7 @@
 //!
 //! The density affects the pressures only. The hydrodynamic coefficients keep their own density (fresh water), and the vehicle is trimmed
 //! neutral in any water. Sea water's difference of 2.5 % is less than the coefficients' uncertainty.
-//!
-//! For its extent and its waves see `depth_limits` and `seaway`.
+//! For the extent of the water and its waves see `depth_limits` and `seaway`.
 
 /// Water and gravity, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,7 +6,7 @@
 //! ```text
 //! AIC = N ln V + 2 p,   BIC = N ln V + p ln N,   V = mean of the squared residuals
 //! ```
-//! N the rows, p the parameters. A one-step fit always grows with the order; these can fall.
+//! N the rows, p the parameters. A one-step fit always grows with the order, but these criteria can fall.
 
 use serde::Serialize;
 

@@ -673,7 +673,7 @@ fn without(basis: &[Vec<f64>], signal: &[f64]) -> Vec<f64> {
     left
 }
 
-/// The part of a signal that the basis does not explain, normalised; `None` if nothing remains.
+/// The part of a signal that the basis does not explain; `None` if nothing remains.
 fn beside(basis: &[Vec<f64>], signal: &[f64]) -> Option<Vec<f64>> {
     let left = without(basis, signal);
     let is_left = dot(&left, &left) > NOTHING * NOTHING * dot(signal, signal);

@@ -319,7 +319,7 @@ pub fn described(judged: &Judgement) -> String {
     lines_of(judged, true)
 }
 
-/// Like [`described`]; without `verbose` only the poles in s, the margins and the step response.
+/// Like [`described`]; without `verbose` the text contains only the poles in s, the margins and the step response.
 fn lines_of(judged: &Judgement, verbose: bool) -> String {
     let mut text = String::new();
     let mut line = |line: String| {

@@ -4,7 +4,7 @@
 //!
 //! Each result is a mean over several random draws of the valves' scatter; for the peak pressure it is the maximum. A design whose ram hit a
 //! stop is marked. A design does not follow if its tracking error exceeds the largest of: half of the reference's standard deviation, the
-//! dead zone, 1 % of the stroke. Neither kind counts as unbeaten.
+//! dead zone, 1 % of the stroke. A design that hits a stop or does not follow is never Pareto-optimal.
 //!
 //! - energy: energy from the supply over the load cycle (pressure times volume), plus the energy of the solenoids, J;
 //! - **tracking**: root mean square of reference minus position, m;
@@ -163,8 +163,8 @@ fn wider(one: Option<(f64, f64)>, other: Option<(f64, f64)>) -> Option<(f64, f64
 pub struct Outcome {
     /// The designs, the file's own first.
     pub designs: Vec<(Design, Evaluation)>,
-    /// Whether the design follows the load cycle without hitting a stop, and no other such design is at least as good in every result and better
-    /// in one.
+    /// Whether each design is Pareto-optimal: it follows the load cycle without hitting a stop, and no other such design is at least as good in every
+    /// result and better in one.
     pub front: Vec<bool>,
     /// Energy that an ideal proportional valve would need for the reference's motion, J.
     pub proportional: f64,
@@ -319,7 +319,7 @@ impl Outcome {
         text
     }
 
-    /// Index of the design nearest to the best values of tracking and energy, each relative to its range over the unbeaten designs.
+    /// Index of the design nearest to the best values of tracking and energy, each relative to its range over the Pareto-optimal designs.
     #[must_use]
     pub fn middle(&self) -> usize {
         let front = || {

@@ -7,7 +7,7 @@ use planesman_vehicle::vehicle_file::VehicleError;
 /// A result of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// Why a design or analysis failed.
+/// The reason why a design or analysis failed.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A refused vehicle.
@@ -16,10 +16,10 @@ pub enum Error {
     /// A refused actuator.
     #[error(transparent)]
     Actuator(#[from] ActuatorFileError),
-    /// An actuator without a slew response to analyse.
+    /// The actuator has no slew response to analyse.
     #[error("actuator '{0}' does not follow a step of its command")]
     NoStep(String),
-    /// A command that takes more ticks than can be analysed.
+    /// The planes need more ticks to follow a command than can be analysed.
     #[error(
         "the planes need {needed:.0} ticks to follow a command, but at most {most} can be analysed: choose a lower {} or {}",
         option("rate"),
@@ -31,7 +31,7 @@ pub enum Error {
         /// Largest number of ticks.
         most: f64,
     },
-    /// A model that does not describe a vehicle.
+    /// The model does not describe a vehicle.
     #[error("{0}")]
     Model(String),
     /// No gains keep the limits over the model's uncertainty.
@@ -52,7 +52,7 @@ pub enum Error {
     /// Numerical overflow.
     #[error(transparent)]
     Linear(#[from] planesman_linear::Error),
-    /// A simulated flight that is refused or breaks off.
+    /// A simulated flight was refused, or stopped early.
     #[error(transparent)]
     Flight(#[from] planesman_flight::Error),
 }

@@ -66,7 +66,7 @@ pub struct Subject {
     /// The actuator that moves the planes: `ideal`, `first_order` (with the bandwidth of `dha_actuator`'s default), or a built-in actuator or actuator
     /// file (its motion at the slew rate).
     pub actuator: String,
-    /// Controller rate (ticks per second, Hz); 0: only the continuous loop.
+    /// Controller rate (ticks per second, Hz); with 0 only the continuous loop is analysed.
     pub rate: f64,
     /// Delay from a measured state to the command computed from this state, s: 0 in lockstep and in `sim`.
     pub computing_delay: f64,
@@ -89,9 +89,9 @@ pub type Law = (LoopGains, Memory);
 
 /// Dynamics between a command and the planes.
 pub struct Drive {
-    /// For the continuous loop.
+    /// The dynamics for the continuous loop.
     pub path: Path,
-    /// For the sampled loop; `None` for `--rate 0`.
+    /// The dynamics for the sampled loop; `None` for `--rate 0`.
     pub sampling: Option<Sampling>,
 }
 

@@ -58,7 +58,7 @@ pub struct DiveGains {
     pub model: Judgement,
     /// Judgements of the loops with the drawn vehicles.
     pub draws: Vec<Judgement>,
-    /// Drawn models that do not describe a vehicle: the first reason, and their number.
+    /// The reason for the first drawn model that does not describe a vehicle, and the number of such models.
     pub left_out: Option<(String, usize)>,
 }
 
@@ -121,7 +121,7 @@ impl DiveTask {
         })
     }
 
-    /// The depth response to a unit step of the setpoint, for the model's vehicle and for the drawn ones that are stable.
+    /// The depth response to a unit step of the setpoint, for the model's vehicle and for the stable drawn vehicles.
     ///
     /// # Errors
     /// Same as [`DiveTask::gains`].
@@ -252,7 +252,7 @@ impl DiveGains {
         self.of(|it| it.step.map_or(f64::INFINITY, |it| it.overshoot))
     }
 
-    /// Settling times of a depth step to 5 %, s; infinite if it does not settle.
+    /// Settling times of a depth step to 5 %, s; infinite if the depth does not settle.
     #[must_use]
     pub fn settling(&self) -> Distribution {
         self.of(|it| {

@@ -30,7 +30,7 @@ pub struct Comparison {
 pub struct TopicResult {
     /// The topic, or the column of a table.
     pub name: String,
-    /// Why the topic is not compared; empty if it is compared.
+    /// The reason why the topic is not compared; empty if it is compared.
     pub left_out: &'static str,
     /// Number of messages in A and in B.
     pub messages: [u64; 2],
@@ -42,11 +42,11 @@ pub struct TopicResult {
     pub different: u64,
     /// Number of messages that only A contains, and that only B contains.
     pub alone: [u64; 2],
-    /// Repeated messages, with the same stamp and bytes as before: not a difference.
+    /// Repeated messages, with the same stamp and bytes as an earlier message; they do not count as a difference.
     pub repeated: u64,
-    /// Pairs whose order differs among messages of the same or the next stamps: not a difference.
+    /// Pairs whose order differs among messages of the same or the next stamps; this does not count as a difference.
     pub reordered: u64,
-    /// Why the messages are not decoded; empty if they are.
+    /// The reason why the messages are not decoded; empty if they are decoded.
     pub not_decoded: String,
     /// Fields with differences; `rates[]` for all elements of a list.
     pub fields: BTreeMap<String, FieldResult>,

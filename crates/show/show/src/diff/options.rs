@@ -36,10 +36,10 @@ pub(crate) const WAITING: usize = 1 << 30;
 /// Errors of a comparison.
 #[derive(Debug, thiserror::Error)]
 pub enum DiffError {
-    /// A recording that cannot be read.
+    /// A recording cannot be read.
     #[error(transparent)]
     Source(#[from] SourceError),
-    /// A rule that matches no topic or field of either recording.
+    /// A rule matches no topic or field of either recording.
     #[error(transparent)]
     Rule(#[from] RuleError),
     /// No message is compared; without this error an empty comparison would count as equal.

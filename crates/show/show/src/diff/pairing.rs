@@ -34,8 +34,8 @@ struct Keys {
 }
 
 impl Keys {
-    /// The key of the next message with this stamp. Stamp 0 may mean that a publisher sets no stamp; such messages are distinguished by index. The
-    /// first ones may be of time 0, from several publishers.
+    /// The key of the next message with this stamp. Stamp 0 may mean that a publisher sets no stamp; such messages are distinguished by index. The first
+    /// messages may have the time 0 and come from several publishers.
     fn next(&mut self, mut stamp: i64) -> Key {
         if stamp == 0 {
             stamp = (self.unstamped - LATE as i64).max(0);
@@ -116,7 +116,7 @@ pub(crate) struct Pairing {
 /// Number of recent messages among which a repeated one is recognised: in lockstep the messages of a tick are sent again.
 const RECENT: usize = 16;
 
-/// Number of messages by which one may be late: each publisher of a topic is in order, but their mixing depends on the recorder.
+/// Number of messages by which a message may be late: the messages of each publisher are in order, but the order between publishers depends on the recorder.
 const LATE: usize = 16;
 
 /// Largest payload that is remembered, bytes.
@@ -147,7 +147,7 @@ impl Pairing {
         queue.insert(place, message);
     }
 
-    /// No more messages come from this recording.
+    /// Records that no more messages come from this recording.
     pub(crate) fn end(&mut self, side: usize) {
         self.has_ended[side] = true;
     }

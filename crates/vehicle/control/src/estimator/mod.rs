@@ -33,7 +33,7 @@ pub enum Source {
 /// An estimator's settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rules {
-    /// The estimator, if one is used.
+    /// The source of the feedback, which may be an estimator.
     pub source: Source,
     /// The constants of the instruments.
     pub calibration: Calibration,

@@ -3,9 +3,9 @@
 /// The readings of the instruments at one stamp.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Measurement {
-    /// The rate gyro, rad/s, positive bow up.
+    /// The reading of the rate gyro, rad/s, positive bow up.
     pub pitch_rate: f64,
-    /// The depth cell, m, positive down; `None` if beyond its range.
+    /// The reading of the depth cell, m, positive down; `None` beyond the cell's range.
     pub depth: Option<f64>,
     /// The speed through the water, m/s.
     pub speed: f64,

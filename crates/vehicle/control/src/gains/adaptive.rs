@@ -1,4 +1,5 @@
-//! Certainty equivalence within bounds: the schedule uses the model that `sysid` identifies while it can be trusted, and otherwise its own.
+//! Certainty equivalence within bounds: the schedule uses the model that `sysid` identifies as long as that model can be trusted, and otherwise the
+//! schedule's own model.
 //!
 //! An estimate is used if `sysid` marks it as valid, it is younger than [`Trust::oldest`], and it passes [`Trust`]; the first condition
 //! that fails is the reported reason. If `sysid` identifies several pairs of signals, only estimates of pitch rate over plane angle are
@@ -30,7 +31,7 @@ struct Received {
     estimate: ModelEstimate,
     /// ns
     stamp: i64,
-    /// Computed when gains are first requested; never with another source of the gains.
+    /// The identified vehicle. It is computed when gains are first requested, and never if the gains have another source.
     vehicle: OnceCell<Result<Identified, Distrust>>,
 }
 

@@ -2,16 +2,16 @@
 
 use planesman_model_file::Refusal;
 
-/// Why an identified model is not used.
+/// The reason why an identified model is not used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Distrust {
     /// No model has been received yet.
     #[error("no model has been received yet")]
     NoModel,
-    /// The last model is too old; its age, s.
+    /// The last model is too old; the model's age, s.
     #[error("the last model is {0:.1} s old")]
     Old(f64),
-    /// `sysid` marked it as not valid; its reason.
+    /// `sysid` marked the model as not valid; the reason given by `sysid`.
     #[error("sysid: {0}")]
     Invalid(String),
     /// A model file lacks the speed.
@@ -45,7 +45,7 @@ pub enum Distrust {
     /// The deviations of its parameters overflow.
     #[error("model refused: its uncertainty is not finite")]
     InfiniteUncertainty,
-    /// A parameter is too far from the schedule's.
+    /// A parameter is too far from the schedule's value.
     #[error("{name} is {ratio:.2} times its scheduled value")]
     Far {
         /// The parameter.
@@ -63,7 +63,7 @@ pub enum Distrust {
     },
 }
 
-/// Why a model file gives no gains.
+/// The reason why no gains can be computed from a model file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FileError {
     /// The file is not a valid model file.

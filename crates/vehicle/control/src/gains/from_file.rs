@@ -1,6 +1,6 @@
 //! The schedule on a model from a file: the gains that [`adaptive`](super::adaptive) would reach with the same model, from the beginning.
-//! The model must satisfy the same conditions, except for its age. At speeds other than that of the identification, it changes with speed the same
-//! way as the schedule's own model.
+//! The model must satisfy the same conditions, except for its age. At speeds other than that of the identification, the model is scaled with speed in the
+//! same way as the schedule's own model.
 
 use std::path::Path;
 

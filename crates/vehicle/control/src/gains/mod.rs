@@ -12,8 +12,8 @@
 //!
 //! - `pitch_model`: `k`, `b`, `m` over speed, also from an identified model.
 //! - `schedule`: gains for such a model and speed.
-//! - `trust`, `distrust`: conditions on an identified model, and why one is not used.
-//! - `adaptive`: the schedule on the model that `sysid` identifies, while it can be trusted.
+//! - `trust`, `distrust`: conditions on an identified model, and the reasons to reject one.
+//! - `adaptive`: the schedule on the model that `sysid` identifies, as long as that model can be trusted.
 //! - `from_file`: the schedule on a model file.
 //! - `follower`: the gains at a tick.
 

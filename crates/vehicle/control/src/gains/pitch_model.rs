@@ -20,7 +20,7 @@ use super::distrust::Distrust;
 /// The step response is fitted over this time, s: the pitch loop's own time scale.
 const FITTED: f64 = 4.0;
 
-/// Models with a longer sampling interval have too few samples for the fit, models with a shorter one too many.
+/// Models with a longer sampling interval have too few samples for the fit; models with a shorter interval have too many.
 const SAMPLES: std::ops::RangeInclusive<usize> = 8..=4000;
 
 /// The relative step of a coefficient in difference quotients.

@@ -10,7 +10,7 @@
 //! ```
 //! Index 0 means the fixed gains at the reference speed, on the model there. In the loop's polynomial these give the reference's poles
 //! times `sigma`. If the planes are stronger, as at a higher speed in water, the loop is faster with the same plane angles (`Kpy` and `Kpz`
-//! unchanged, `Kr` and `Kdz` with `1 / U`). If they are weaker, larger angles keep it as fast. Below the lowest speed of the schedule
+//! unchanged, `Kr` and `Kdz` with `1 / U`). If the planes are weaker, larger angles keep the loop as fast. Below the lowest speed of the schedule
 //! planes and pitch have too little effect to use higher gains.
 
 use super::pitch_model::{PitchModel, SpeedLaw};

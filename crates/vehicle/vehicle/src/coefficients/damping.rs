@@ -1,6 +1,5 @@
 //! Viscous damping of a plate that rotates about its middle, and its linearisations (pp. 55-57).
-//!
-//! Each half is assumed to move at its mean speed `L w / 4`, with its force at two thirds of its length:
+//! Each half of the plate is assumed to move at its mean speed `L w / 4`, with its force at two thirds of its length:
 //!
 //! ```text
 //! N = C w^2,    C = rho C_D A L^3 / 96

@@ -135,7 +135,7 @@ impl FinPair {
     }
 }
 
-/// One value per axis.
+/// A value for each axis of rotation.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Axes<T> {

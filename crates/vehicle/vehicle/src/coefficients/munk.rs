@@ -27,7 +27,7 @@ pub fn equivalent_diameter(section: f64) -> f64 {
 }
 
 impl Spheroid {
-    /// Coefficients of a spheroid of `length` and `diameter` in the same unit; `None` unless it is longer than wide.
+    /// Coefficients of a spheroid of `length` and `diameter` in the same unit; `None` unless the spheroid is longer than wide.
     #[must_use]
     pub fn new(length: f64, diameter: f64) -> Option<Self> {
         if !(diameter > 0.0 && length > diameter && length.is_finite()) {
