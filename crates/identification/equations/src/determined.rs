@@ -66,12 +66,12 @@ pub(crate) struct Uncertainty {
     active: Vec<usize>,
     /// Parameters without an effect that are not at a bound.
     idle: Vec<usize>,
-    /// Combinations of the others without an effect.
+    /// Combinations of the other parameters that have no effect.
     directions: Vec<Direction>,
 }
 
 impl Uncertainty {
-    /// From the errors of each output by run, and their slopes.
+    /// Computes the uncertainty from the errors of each output by run, and their slopes.
     pub(crate) fn of(
         problem: &Problem<'_>,
         theta: &DVector<f64>,
@@ -212,7 +212,7 @@ fn null_directions(
         .collect()
 }
 
-/// The combinations that are constant along a direction: of the parameter that moves most with each of the others.
+/// The combinations that are constant along a direction; each contains the parameter that changes most and one other parameter.
 fn kept(
     problem: &Problem<'_>,
     theta: &DVector<f64>,

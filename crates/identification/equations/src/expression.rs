@@ -15,7 +15,7 @@ pub(crate) const DEPTH: usize = 64;
 /// Maximum number of operations of a model.
 const MOST_NODES: usize = 20_000;
 
-/// Why a text is not a valid expression.
+/// The reason why a text is not a valid expression.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("character {place}: {reason}")]
 pub struct ExpressionError {
@@ -118,7 +118,7 @@ impl Unary {
         }
     }
 
-    /// The slope at `x`, for the value `y`.
+    /// The derivative at `x`, where the function has the value `y`.
     fn slope(self, x: f64, y: f64) -> f64 {
         match self {
             Self::Negative => -1.0,
@@ -154,7 +154,7 @@ impl Binary {
         }
     }
 
-    /// The slopes by both arguments, for the value `y`.
+    /// The derivatives with respect to both arguments, where the function has the value `y`.
     fn slopes(self, a: f64, b: f64, y: f64) -> (f64, f64) {
         match self {
             Self::Add => (1.0, 1.0),
@@ -198,7 +198,7 @@ pub(crate) struct Tape {
 #[derive(Clone, Debug)]
 pub(crate) struct Root {
     node: usize,
-    /// The nodes that it needs, last first.
+    /// The nodes that the result needs, last first.
     needed: Vec<usize>,
     /// The variables among the arguments.
     pub(crate) variables: Vec<usize>,
@@ -266,7 +266,7 @@ impl Tape {
         }
     }
 
-    /// Adds the slopes of a result by the variables, after [`Tape::evaluate`].
+    /// Adds the derivatives of a result with respect to the variables, after [`Tape::evaluate`].
     pub(crate) fn slopes(&self, root: &Root, numbers: &mut Numbers, slopes: &mut [f64]) {
         let Numbers { values, adjoints } = numbers;
         adjoints.resize(values.len(), 0.0);

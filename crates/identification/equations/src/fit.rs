@@ -21,7 +21,7 @@ use crate::simulation::{Run, Unfinished, initial_states};
 const WEIGHINGS: usize = 4;
 /// The share of a record that is fitted if the rest is used for validation.
 pub(crate) const FITTED: f64 = 0.7;
-/// Searches whose final costs are this near have found the same minimum.
+/// Two searches have found the same minimum if their final costs differ by at most this share.
 const SAME: f64 = 1e-3;
 /// A message is printed if the residual exceeds the given noise by this factor.
 const MORE_THAN_NOISE: f64 = 1.5;
@@ -69,7 +69,7 @@ pub struct EquationsFit {
     pub parameters: Vec<EstimatedParameter>,
     /// The estimated initial states of each run.
     pub initial: Vec<Vec<EstimatedParameter>>,
-    /// The parameters' correlation matrix; 0 for those without a deviation.
+    /// The parameters' correlation matrix; 0 for parameters without a deviation.
     pub correlation: DMatrix<f64>,
     /// Each output.
     pub outputs: Vec<OutputFit>,
@@ -91,7 +91,7 @@ pub(crate) fn mean_square(values: &[f64]) -> f64 {
     values.iter().map(|it| it * it).sum::<f64>() / values.len().max(1) as f64
 }
 
-/// The fit, %, of an output on data not used for fitting; `None` if it moves there by hardly more than the residual `left` elsewhere.
+/// The fit, %, of an output on data not used for fitting; `None` if the output moves there by hardly more than the residual `left` elsewhere.
 pub(crate) fn informative<'a>(
     left: f64,
     runs: impl Iterator<Item = (&'a [f64], &'a [f64])> + Clone,
@@ -121,8 +121,8 @@ pub(crate) fn fit_of<'a>(runs: impl Iterator<Item = (&'a [f64], &'a [f64])>) -> 
     fit_percent(errors, spread)
 }
 
-/// Fits the equations to runs. The result is validated on `validation`, with an initial state estimated for each run; without it by a model
-/// of the first seven tenths of each run, on the rest.
+/// Fits the equations to runs. The result is validated on `validation`, with an initial state estimated for each run; without separate data, a model of
+/// the first 70 % of each run is validated on the rest.
 ///
 /// # Errors
 /// [`EquationsError`]: equations without a number at the start, too little data, parameters that change nothing.

@@ -155,7 +155,7 @@ impl Equations {
         })
     }
 
-    /// Refuses equations with a value that is not finite; the error names it and the variables' values.
+    /// Refuses equations with a value that is not finite; the error names the equation and the variables' values.
     pub(crate) fn check_finite(&self, variables: &[f64]) -> Result<(), EquationsError> {
         let mut numbers = Numbers::default();
         self.tape.evaluate(variables, &mut numbers);

@@ -16,7 +16,7 @@ const SEARCH: Search = Search {
 /// Number of points between the bounds; the best of them are used as start values.
 const POINTS: usize = 64;
 const STARTS: usize = 4;
-/// Growing parts of the runs for a search.
+/// A search uses these growing parts of the runs, one after the other.
 const GROWTH: [f64; 3] = [0.04, 0.12, 0.35];
 
 /// A parameter counts as at its bound if its distance, relative to the range, is below this value.
@@ -155,8 +155,8 @@ impl<'a> Problem<'a> {
         least(start, SEARCH, &|theta| self.total(theta), &within)
     }
 
-    /// Improves a start on growing parts of each run. Over a short time, a simulation within half a period of the output converges to it; over a long
-    /// time convergence is not certain.
+    /// Improves a start on growing parts of each run. Over a short time, a search from a simulation within half a period of the output converges; over a
+    /// long time convergence is not certain.
     pub(crate) fn grown(&self, start: &DVector<f64>) -> Option<DVector<f64>> {
         let mut theta = start.clone();
         for share in GROWTH {
@@ -173,7 +173,7 @@ impl<'a> Problem<'a> {
         (theta != *start).then_some(theta)
     }
 
-    /// Starts of searches: the given one, and the best of points between the bounds.
+    /// Starts of searches: the given start values, and the best of several points between the bounds.
     pub(crate) fn starts(&self) -> Vec<DVector<f64>> {
         let start =
             DVector::from_iterator(self.sought.len(), self.sought.iter().map(|it| it.start));

@@ -98,10 +98,10 @@ impl Track {
 /// The course of an input between its samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Between {
-    /// Held until the next sample.
+    /// The input is held until the next sample.
     #[default]
     Held,
-    /// Linear to the next sample.
+    /// The input is linear to the next sample.
     Lines,
 }
 
@@ -382,7 +382,7 @@ struct Steps {
     step: f64,
     /// Number of steps left.
     left: usize,
-    /// Whether the shortest step was too long.
+    /// Whether even the shortest allowed step was too long.
     stiff: bool,
 }
 

@@ -38,7 +38,7 @@ const SEARCH: Search = Search {
 /// Options of the fit.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TransferOptions {
-    /// Number of poles; `None` for the lowest order that is nearly as good as the best of 1 to 4.
+    /// Number of poles; with `None` the lowest order that is nearly as good as the best of orders 1 to 4.
     pub order: Option<usize>,
     /// Number of numerator coefficients; `None` to choose between one and the number of poles.
     pub numerator: Option<usize>,
@@ -466,7 +466,7 @@ fn repeated(omega: f64, n: usize) -> Vec<f64> {
 }
 
 /// The transfer function from one input to one output. The result is validated on `validation`, with an offset and a free motion estimated
-/// for each run; without it by a model of the first seven tenths of each run, on the rest.
+/// for each run; without separate data, a model of the first 70 % of each run is validated on the rest.
 ///
 /// # Errors
 /// [`EquationsError`]: too little data, an output that does not move, or no model that is simulated at all.

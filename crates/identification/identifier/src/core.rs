@@ -49,7 +49,7 @@ impl Identifier {
         })
     }
 
-    /// Applies changed parameters, all or none. Parameters whose description does not mention a restart change without one.
+    /// Applies changed parameters, all or none. A change restarts the estimate only if the parameter's description says so.
     ///
     /// # Errors
     /// Like [`Identifier::new`]; then the present parameters stay.
@@ -63,7 +63,7 @@ impl Identifier {
         Ok(())
     }
 
-    /// The pairs, that of the parameters `input` and `output` first.
+    /// The pairs; the first is the pair of the parameters `input` and `output`.
     #[must_use]
     pub fn pairs(&self) -> &[Pair] {
         &self.pairs
@@ -127,7 +127,7 @@ impl Identifier {
         Ok(pair::made(&self.learn(topic, stamp, message)?))
     }
 
-    /// Like [`Identifier::on`], without building the estimates.
+    /// Processes a message as [`Identifier::on`] does, without building the estimates.
     ///
     /// # Errors
     /// Like [`Identifier::on`].

@@ -42,7 +42,7 @@ impl Estimator {
         })
     }
 
-    /// The common interface of both.
+    /// The common interface of both kinds of estimators.
     fn recursive(&mut self) -> &mut dyn Recursive {
         match self {
             Self::Recursion(it) => &mut **it,
@@ -56,7 +56,7 @@ impl Estimator {
 pub(crate) struct Learner {
     estimator: Estimator,
     frozen: bool,
-    /// Whether a sample has come.
+    /// Whether a sample has arrived.
     begun: bool,
     /// Number of samples learnt from.
     samples: u64,
@@ -96,7 +96,7 @@ impl Learner {
         Ok(Self::before(Estimator::new(config)?, false))
     }
 
-    /// Before the first sample.
+    /// The state before the first sample.
     fn before(estimator: Estimator, frozen: bool) -> Self {
         Self {
             estimator,
@@ -328,7 +328,7 @@ impl Learner {
         found.unwrap_or(0.0)
     }
 
-    /// Why the estimate is not valid yet, if so.
+    /// The reason why the estimate is not valid yet; `None` for a valid estimate.
     fn doubt(&self, config: &Config) -> Option<String> {
         let unlearnt = match &self.estimator {
             Estimator::Recursion(it) => {

@@ -27,7 +27,7 @@ use planesman_record::Input;
 /// The largest lateness of a message relative to the newest, in intervals.
 pub const WINDOW: i64 = 16;
 
-/// In lockstep, how often an output arrives before the aligner stops waiting for its input.
+/// In lockstep, the number of times that an output arrives before the aligner stops waiting for its input.
 pub const MAX_REPEATS: u32 = 3;
 
 /// An output, and the input over the interval before this output.
@@ -41,10 +41,10 @@ pub struct Sample {
     pub input: Option<Input>,
 }
 
-/// Whether a message was used.
+/// The outcome of offering a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Offer {
-    /// It was taken.
+    /// The message was accepted.
     Accepted,
     /// The message was left out: repeated, late, or off the grid.
     LeftOut,
@@ -59,14 +59,14 @@ pub struct Aligner {
     period: i64,
     /// A stamp on the grid, ns.
     origin: Option<i64>,
-    /// By instant: (stamp, value). Outputs are kept for a while after they are passed on, to recognise repeats.
+    /// The outputs by instant: (stamp, value). Outputs are kept for a while after they are passed on, to recognise repeats.
     outputs: ByInstant<(i64, f64)>,
     inputs: ByInstant<Input>,
     /// Inputs that are too old, unless time turns out to have gone back.
     old_inputs: VecDeque<(i64, Input)>,
-    /// The last output, if it was too old in the same way.
+    /// The last output, if it was too old, unless time turns out to have gone back.
     old_output: Option<(i64, f64)>,
-    /// Consecutive outputs off the grid, and inputs.
+    /// Number of consecutive outputs off the grid, and of consecutive inputs off the grid.
     off_grid: i64,
     inputs_off_grid: i64,
     newest_output: Option<i64>,
@@ -76,7 +76,7 @@ pub struct Aligner {
     next: i64,
     /// Whether the sample at `next` continues the previous one.
     continuing: bool,
-    /// Whether the input has ended, so that nothing is waited for.
+    /// Whether the data has ended, so that the aligner no longer waits.
     finished: bool,
     answered: Option<i64>,
     /// Number of times that the newest output has arrived.
@@ -258,8 +258,8 @@ impl Aligner {
     }
 
     /// The latest output stamp (ns) for which all data promised by lockstep has arrived: the input over the interval before the output, unless the
-    /// output at the beginning of that interval is missing. An output that has come [`MAX_REPEATS`] times counts as answered without its input, which
-    /// nobody has any more.
+    /// output at the beginning of that interval is missing. An output that has come [`MAX_REPEATS`] times counts as answered without its input, because
+    /// no node can send that input any more.
     #[must_use]
     pub fn answered(&self) -> Option<i64> {
         self.answered
@@ -320,7 +320,7 @@ impl<T> ByInstant<T> {
         self.0.insert(self.before(k), (k, value));
     }
 
-    /// Drops values outside a range of instants. Does not visit the values kept, which are nearly all.
+    /// Drops values outside a range of instants. It does not visit the kept values, which are nearly all values.
     fn keep(&mut self, kept: &RangeInclusive<i64>) {
         while self.0.pop_front_if(|(k, _)| *k < *kept.start()).is_some() {}
         while self.0.pop_back_if(|(k, _)| *k > *kept.end()).is_some() {}

@@ -44,8 +44,7 @@ pub(crate) struct BagSource {
 }
 
 impl BagSource {
-    /// Opens a bag: a folder, its metadata, one file, or several. Of each file at most `most_unpacked` decompressed bytes of chunks are
-    /// read.
+    /// Opens a bag: a folder, its metadata, one file, or several. At most `most_unpacked` decompressed bytes of chunks are read from each file.
     ///
     /// # Errors
     /// Like [`BagReader::open`].
@@ -68,7 +67,7 @@ impl BagSource {
             .messages_of(|topic| wanted.iter().any(|it| it.is_on(topic)), order)
     }
 
-    /// The requested clock. Without a request, the messages' own if all have usable stamps, else the recorder's with the reason. Also
+    /// The requested clock. Without a request, this is the messages' own clock if all have usable stamps, else the recorder's clock with the reason. Also
     /// returns the stamps that were seen.
     fn chosen(&self, wanted: &[RequestedSignal]) -> Result<(Clock, Option<String>, Vec<Stamps>)> {
         let without = wanted.iter().find(|it| !it.has_stamp);
@@ -246,7 +245,7 @@ struct RequestedSignal {
 }
 
 impl RequestedSignal {
-    /// Whether the messages of this topic contain the signal. Messages of another type on the same topic are other messages.
+    /// Whether the messages of this topic contain the signal. Messages of another type on the same topic do not count.
     fn is_on(&self, topic: &Topic) -> bool {
         topic.name == self.topic && topic.kind.type_name == self.type_name
     }
@@ -322,7 +321,7 @@ impl RequestedSignal {
     }
 }
 
-/// The number of numbers in the first readable message of a topic.
+/// The count of numbers in the first readable message of a topic.
 fn first_count(bag: &BagReader, topic: &str, decoder: &Decoder) -> Option<usize> {
     let mut values = Values::default();
     let mut messages = bag
@@ -450,9 +449,9 @@ struct Plans<'w> {
     wanted: &'w [RequestedSignal],
     clock: Clock,
     list: Vec<Plan>,
-    /// By topic, shared by the plans of its files.
+    /// Stamps by topic; the plans of all files of the bag share them.
     stamps: Vec<Stamps>,
-    /// Publishers by topic, shared in the same way.
+    /// Publishers by topic; the plans of all files of the bag share them.
     publishers: Vec<Publishers>,
     /// By signal.
     identities: Vec<Identity>,

@@ -8,10 +8,10 @@ use serde::Serialize;
 use crate::mixture::Mixture;
 use crate::unwrap::{Unwrap, Unwrapper};
 
-/// The share of repeated stamps from which a signal is refused. If every message is recorded twice, half of the messages are repeats.
+/// A signal is refused if at least this share of its stamps is repeated. If every message is recorded twice, half of the messages are repeats.
 const MOSTLY_REPEATED: f64 = 0.8;
 
-/// The share of samples out of order from which a signal is refused.
+/// A signal is refused if at least this share of its samples is out of order.
 const MOSTLY_LATE: f64 = 0.5;
 
 /// One signal of a record, and the way it was resampled.
@@ -40,7 +40,7 @@ pub enum Change {
     Spread {
         /// Mean number of samples in a burst.
         samples: f64,
-        /// From burst to burst, s.
+        /// The time from burst to burst, s.
         period: f64,
         /// Whether the samples of a burst share one stamp (a clock of whole seconds); otherwise they were received at once.
         share_a_stamp: bool,
@@ -174,7 +174,7 @@ impl Timing {
         }
     }
 
-    /// Why the stamps of a signal, topic or table with this many samples give no times, and the remedy.
+    /// The reason why the stamps of a signal, topic or table with this many samples give no times, with the remedy.
     #[must_use]
     pub fn refusal(&self, all: u64) -> Option<String> {
         if self.duplicates as f64 > MOSTLY_REPEATED * all as f64 {

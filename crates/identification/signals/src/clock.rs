@@ -1,7 +1,7 @@
 //! Makes a continuous time from the stamps of clocks that wrap, are set back or restart.
 //!
-//! A stamp before the newest of its signal is either a late sample, or the clock went back. Late samples fill holes that they left; samples of a
-//! clock that went back are consecutive where samples already are. So a few samples are stored until this is decided.
+//! If a stamp is earlier than the newest stamp of its signal, either the sample is late, or the clock went back. Late samples fill holes that they left;
+//! samples of a clock that went back are consecutive where samples already are. So a few samples are stored until this is decided.
 //!
 //! - A wrap is recognised by its period ([`COUNTERS`], [`CALENDAR`]): the stamps before it reach the period, the stamps after it begin at 0. The time
 //!   continues.
@@ -20,7 +20,7 @@ const RECENT: usize = 256;
 /// Number of consecutive samples older than the newest that show that the clock has gone back.
 const BEHIND: usize = 8;
 
-/// The number of such samples if the clock is set back by less than that, until it has caught up.
+/// The number of such samples if the clock is set back by less than that many samples and then catches up.
 const BEHIND_BRIEFLY: usize = 3;
 
 /// An interval of this many medians is a hole.
@@ -77,7 +77,7 @@ struct Return {
     to: i64,
     /// The offset added to the stamps from there on, ns.
     offset: i64,
-    /// The name of its period, if it wrapped.
+    /// The name of the clock's period, if the clock wrapped.
     wrap: Option<&'static str>,
     /// The newest stamp since the return, over all signals.
     newest: i64,
@@ -99,7 +99,7 @@ pub(crate) struct ClockFollower {
 struct SignalClock {
     /// Number of times that the signal's clock has gone back.
     returns: usize,
-    /// The first since then.
+    /// The first stamp since then.
     first: Option<i64>,
     /// The latest stamps on the signal's own clock, in order, with their values.
     recent: VecDeque<(i64, f64)>,

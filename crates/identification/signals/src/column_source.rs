@@ -19,9 +19,9 @@ pub struct ColumnSource {
 /// Source of a row's time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Time {
-    /// In a column, in this unit.
+    /// The time is in a column, in this unit.
     Column(usize, JudgedUnit),
-    /// From the row's number, with this many ns from row to row.
+    /// The time follows from the row's number, with this many ns from row to row.
     Rows(f64),
 }
 

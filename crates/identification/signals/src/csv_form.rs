@@ -36,7 +36,7 @@ const STAMP: &str = "time";
 /// Maximum number of lines with units or descriptions between names and rows.
 const MOST_UNITS: usize = 3;
 
-/// The delimiters; of two that fit equally well the first is used.
+/// The delimiters; if two fit equally well, the first one is used.
 const DELIMITERS: [Delimiter; 5] = [
     Delimiter::Sign(b'\t'),
     Delimiter::Sign(b';'),

@@ -53,17 +53,17 @@ pub struct TableTime {
 /// Source of a row's time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Time {
-    /// From a column that was given or has a usual name.
+    /// The time is in a column that was given or has a usual name.
     Named(usize),
-    /// From the first column, whose numbers rise.
+    /// The time is in the first column, because its numbers increase.
     Rising,
-    /// From two columns: seconds, and their fraction in this unit.
+    /// The time is in two columns: seconds, and their fraction in this unit.
     Parts(usize, usize, TimeUnit),
-    /// From two columns: the date, and the time of day.
+    /// The time is in two columns: the date, and the time of day.
     Dated(usize, usize),
     /// From the row's number, with this many ns from row to row.
     Rows(f64),
-    /// Unknown, though the first column counts the rows.
+    /// The time is unknown; the first column only counts the rows.
     Counted,
     /// Nowhere.
     Unknown,
@@ -425,7 +425,7 @@ impl Source for CsvSource {
         }
     }
 
-    /// All columns except the time. The signals of a long table have separate times, and so have groups of columns in a sparse one.
+    /// All columns except the time. The signals of a long table have separate times, and so do groups of columns in a sparse table.
     fn topics(&self) -> Vec<SourceTopic> {
         let requests = self.signals().into_iter().map(Request::output);
         let topic = |requests| SourceTopic {
@@ -511,7 +511,7 @@ pub(crate) struct Rows<'a> {
     timeless: Faults,
     /// The line that has the names in another order.
     others: Option<u64>,
-    /// Why reading stopped, if it did.
+    /// The reason why reading stopped before the end.
     broken: Option<String>,
 }
 
@@ -682,7 +682,7 @@ impl Rows<'_> {
 struct Faults {
     empty: u64,
     others: u64,
-    /// The first non-empty one, and its line in the file.
+    /// The first non-empty cell without a number, and its line in the file.
     first: Option<(String, u64)>,
     /// The line of the first empty cell.
     first_empty: Option<u64>,

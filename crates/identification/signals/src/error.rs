@@ -51,7 +51,7 @@ pub enum SourceError {
 }
 
 impl SourceError {
-    /// For a file that the operating system cannot read.
+    /// The error for a file that the operating system cannot read.
     pub(crate) fn unreadable(path: &Path) -> impl Fn(io::Error) -> Self + Copy {
         move |source| Self::Unreadable {
             path: path.display().to_string(),

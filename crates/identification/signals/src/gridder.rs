@@ -52,7 +52,7 @@ impl Grid {
         }
     }
 
-    /// This grid, but beginning this many instants earlier.
+    /// Extends the grid by this many earlier instants.
     pub(crate) fn reaching_back(self, instants: i64) -> Self {
         Self {
             first: self.first.saturating_sub(instants),
@@ -99,7 +99,7 @@ pub(crate) struct Onto<'a> {
 /// Numbers on the grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Put {
-    /// At one instant; for the method mean, the mean over the interval that begins there, with its first moment.
+    /// A value at one instant; for the method mean, the mean over the interval that begins there, with its first moment.
     One(i64, Input),
     /// One value at the instants from the first up to the second.
     Held(i64, i64, f64),

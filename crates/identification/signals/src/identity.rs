@@ -16,8 +16,8 @@ const LISTED: usize = 6;
 const RENAMED: u64 = 2;
 const SELDOM: u64 = 1000;
 
-/// If numbers distinguish things, or lists have no names: a change in at least every n-th message means different things, and there are at
-/// most n things; a number that counts up is not one.
+/// If numbers distinguish things, or lists have no names: a change in at least every n-th message means different things, and there are at most n things.
+/// A number that only counts up does not identify a thing.
 const EVERY: u64 = 10;
 const MOST_NUMBERS: usize = 32;
 

@@ -127,7 +127,7 @@ impl Source for JoinedTables {
         each.map(|it| Box::new(it) as Box<dyn Source>).collect()
     }
 
-    /// In the order of the rows' times.
+    /// Reads the tables in the order of the rows' times.
     fn read(
         &self,
         requests: &[Request],

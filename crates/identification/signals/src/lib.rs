@@ -9,7 +9,7 @@
 //! - [`Resampler`], [`read_record`]: samples on a grid, in the form of a `planesman_record` record.
 //! - [`read_samples`]: samples at their original stamps, without a grid.
 //! - [`prepare`]: outliers, segments by excitation, trends and inserted zeros, each a [`Step`] with a sentence on the result.
-//! - [`LiveGrid`], [`Aligner`]: the same for samples as they arrive, with inputs and outputs paired by stamp.
+//! - [`LiveGrid`], [`Aligner`]: resampling of samples as they arrive, with inputs and outputs paired by stamp.
 //!
 //! Internally `clock` makes a continuous time from stamps that go back, and `gridder` resamples.
 

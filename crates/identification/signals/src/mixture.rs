@@ -16,7 +16,7 @@ const FEWEST: usize = 40;
 /// Number of samples examined together.
 const BLOCK: usize = 1000;
 
-/// A sample is off if the difference of its neighbours is below this share of their distance from it.
+/// A sample is off the course if the difference of its neighbours is below this share of their distance from the sample.
 const NEAR: f64 = 0.3;
 
 /// The share of samples that are off if two publishers alternate one by one.

@@ -178,7 +178,7 @@ fn are_messages(text: &str) -> bool {
         && !text.starts_with("rosbag2_bagfile_information")
 }
 
-/// Why a file of that kind is not read, and how to convert it.
+/// The reason why a file of that kind is not read, with a way to convert it.
 fn refusal(kind: &Foreign, path: &Path) -> String {
     let (file, new) = (
         path.display().to_string(),

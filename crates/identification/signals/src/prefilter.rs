@@ -11,7 +11,7 @@ const SETTLING_PERIODS: f64 = 0.7;
 /// Edges of a band, Hz: 0 and infinity if open.
 pub type Band = (f64, f64);
 
-/// Why a record cannot be filtered to a band: its sampling rate does not reach an edge, or segments end before the filters have settled.
+/// The reason why a record cannot be filtered to a band: its sampling rate does not reach an edge, or segments end before the filters have settled.
 #[must_use]
 pub fn unreachable(record: &Record, band: Band) -> Option<String> {
     let edges = edges(band);

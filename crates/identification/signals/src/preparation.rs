@@ -30,7 +30,7 @@ const INPUT_OUTLIER_FACTOR: f64 = 20.0;
 /// after the change.
 const RESPONSE_SAMPLES: usize = 2 * HAMPEL_SIDE;
 
-/// With fewer samples of a kind the usual distance is unknown.
+/// Minimum number of samples of a kind from which the usual distance is computed.
 const MIN_SAMPLES_OF_KIND: usize = 50;
 
 /// Distances below this share of the signal's own range are harmless.
@@ -162,7 +162,7 @@ pub fn prepare(record: &mut Record, preparation: &Preparation) -> Vec<Step> {
     steps
 }
 
-/// Why a record determines no model: an input or an output never moves, or the output is the input times a number. If the record was at
+/// The reason why a record determines no model: an input or an output never moves, or the output is the input times a number. If the record was at
 /// rest before, a constant input is a step; an output that may be static may be the input times a number.
 #[must_use]
 pub fn without_dynamics(record: &Record, at_rest: bool, is_static: bool) -> Option<String> {
@@ -318,7 +318,7 @@ impl std::fmt::Display for Short {
     }
 }
 
-/// Whether the first input has moved within the last samples, or they are the first.
+/// Whether the first input has moved within the last samples, or whether these are the first samples.
 fn moved(segment: &Segment) -> Vec<bool> {
     let Some(input) = segment.inputs.first() else {
         return vec![false; segment.len()];

@@ -43,7 +43,7 @@ pub struct PreparedRecord {
 }
 
 impl PreparedRecord {
-    /// This record, followed by runs from another source.
+    /// Appends runs from another source to the record.
     #[must_use]
     pub fn followed_by(mut self, next: Self) -> Self {
         let (ours, mut theirs) = (&mut self.resampled, next.resampled);
@@ -63,7 +63,7 @@ impl PreparedRecord {
         self
     }
 
-    /// This record after further preparation.
+    /// Applies further preparation to the record.
     #[must_use]
     pub fn prepared(mut self, preparation: &Preparation) -> Self {
         self.steps = decimation(&self.resampled);

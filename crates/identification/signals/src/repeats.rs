@@ -2,13 +2,13 @@
 
 use crate::channel::Change;
 
-/// Number of new values from which the sensor's rate is found.
+/// The sensor's rate is computed from this number of new values.
 const FEWEST: usize = 10;
 
 /// The share of new values that must arrive the same number of rows after the previous new value, within one row.
 const MOST: f64 = 0.85;
 
-/// The share of new values that must be unique: a switch has few.
+/// The share of new values that must be unique; the values of a switch are not.
 const DISTINCT: f64 = 0.5;
 
 /// The mean number of rows for each value, if each is repeated equally often, within one row.

@@ -76,7 +76,7 @@ pub(crate) fn distinct<T: PartialEq>(requests: &[Request], found: &[T]) -> Resul
 pub struct Reading {
     /// The kind of stamps used, for people.
     pub stamps: String,
-    /// Everything that could not be read, and why.
+    /// Everything that could not be read, with the reason.
     pub notes: Vec<String>,
     /// Findings about the clock that affect a model: where it goes back, or seems to have another unit.
     pub clock: Vec<String>,
@@ -87,7 +87,7 @@ pub struct Reading {
     /// The unit of the times, and how it is known.
     #[serde(skip)]
     pub(crate) unit: JudgedUnit,
-    /// By topic, the median delay from a message's stamp to its reception by the recorder, s.
+    /// The median delay from a message's stamp to its reception by the recorder, s, by topic.
     pub latencies: BTreeMap<String, f64>,
     /// The full column name of each signal that was requested without its unit.
     #[serde(skip)]

@@ -5,7 +5,7 @@
 //!
 //! - **The grid** begins at the first output's first sample, so that data on a grid is not changed. The grid interval is the requested one, or the
 //!   median interval of the slowest output among the first [`PRELUDE`] samples (for bursts the mean). If it is within half a per cent of a whole
-//!   number of hertz or milliseconds, that is used, unless the stamps fit another grid.
+//!   number of hertz or milliseconds, this rounded interval is used, unless the stamps fit another grid.
 //! - **The methods** are explained at [`Method`]. An input acts over the interval that begins at a grid instant; the last sample before a gap is held
 //!   to the end of its interval.
 //! - **A gap** of an output is an interval longer than `max_gap`, by default five median intervals of that signal or two and a half of the
@@ -77,7 +77,7 @@ pub enum GridError {
     /// The signals have no common time.
     #[error("at no time{within} are all signals known: {spans}")]
     NoCommonInstant {
-        /// The window as text, if there is one.
+        /// The requested window as text; empty without a window.
         within: String,
         /// The time span of each signal.
         spans: String,
@@ -89,7 +89,7 @@ pub enum GridError {
 pub struct Options {
     /// Grid rate, Hz; `None` for the rate of the slowest output.
     pub rate: Option<f64>,
-    /// Seconds from the first output's first sample.
+    /// The time window, in seconds from the first output's first sample.
     pub window: RangeInclusive<f64>,
     /// Resampling of inputs.
     pub input_method: Method,
@@ -119,9 +119,9 @@ impl Default for Options {
 pub struct Resampled {
     /// The numbers.
     pub record: Record,
-    /// One for each input.
+    /// The channel of each input.
     pub inputs: Vec<Channel>,
-    /// One for each output.
+    /// The channel of each output.
     pub outputs: Vec<Channel>,
 }
 

@@ -22,7 +22,7 @@ pub struct Stretches {
     pub changes: Vec<String>,
 }
 
-/// Reads signals sample by sample. Of samples with the same stamp the last counts; non-finite numbers are ignored.
+/// Reads signals sample by sample. If several samples have the same stamp, the last one counts; non-finite numbers are ignored.
 ///
 /// # Errors
 /// One line: a signal is missing or has no sample, or none of the data can be read.

@@ -16,7 +16,7 @@ const UNEVEN: f64 = 1.5;
 /// The changes of one signal.
 #[derive(Clone, Debug)]
 pub(crate) struct DuplicateFilter {
-    /// From sample to sample, ns; 0 where fewer than two are known.
+    /// The time from sample to sample, ns; 0 if fewer than two samples are known.
     pub(crate) interval: f64,
     /// The grid step for the samples, ns.
     pub(crate) step: f64,
@@ -69,7 +69,7 @@ impl DuplicateFilter {
         Some(samples)
     }
 
-    /// Changes samples, which are in the order of their stamps. Of samples with the same stamp the last counts.
+    /// Changes samples, which are in the order of their stamps. If several samples have the same stamp, the last one counts.
     pub(crate) fn through(&mut self, samples: &[(i64, f64)]) -> Vec<(i64, f64)> {
         let mut changed: Vec<(i64, f64)> = Vec::with_capacity(samples.len());
         for (stamp, value) in samples {

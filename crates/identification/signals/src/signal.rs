@@ -19,7 +19,7 @@ use thiserror::Error;
 /// The largest accepted magnitude. The limit is beyond any physical signal in any unit, and small enough that no sum of squares overflows.
 pub const LARGEST: f64 = 1e30;
 
-/// Why a signal is refused.
+/// The reason why a signal is refused.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum SignalError {
     /// The text is not a valid signal name.

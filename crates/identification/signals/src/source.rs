@@ -1,6 +1,6 @@
 //! Sources of samples: a bag, tables, a log of a vehicle, columns in memory.
 //!
-//! All sources stream: a sample is passed on as it is read, and not stored. Unreadable parts do not end the rest; they are listed in
+//! All sources stream: a sample is passed on as it is read, and not stored. Reading continues after unreadable parts; they are listed in
 //! [`Reading::notes`].
 
 use std::fmt::Debug;

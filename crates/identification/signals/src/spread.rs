@@ -1,8 +1,8 @@
 //! Spreads samples that share a stamp, or come in bursts, over the time that they represent.
 //!
-//! A clock of whole seconds gives all samples of a second the same stamp: their true times are after this stamp. A recorder that wakes up now and
-//! then receives several at once: their true times are before their stamp. In both cases the number per burst and the time between bursts give the
-//! interval, which differences between neighbouring stamps do not.
+//! A clock of whole seconds gives all samples of a second the same stamp: their true times are after this stamp. A recorder that wakes up only now and
+//! then receives several samples at once: their true times are before their stamp. In both cases the number per burst and the time between bursts give
+//! the interval, which differences between neighbouring stamps do not.
 
 use std::collections::BTreeMap;
 
@@ -37,13 +37,13 @@ const ALIKE: f64 = 2.0;
 /// The timing of bursts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bursts {
-    /// From sample to sample, ns.
+    /// The time from sample to sample, ns.
     pub(crate) interval: f64,
-    /// From burst to burst, ns.
+    /// The time from burst to burst, ns.
     pub(crate) period: f64,
     /// Whether the samples of a burst share one stamp, the time of the burst's beginning.
     pub(crate) share_a_stamp: bool,
-    /// From the first burst's stamp to the first sample, ns.
+    /// The time from the first burst's stamp to the first sample, ns.
     first: f64,
     /// Stamps nearer than this belong to one burst, ns.
     together: f64,

@@ -9,7 +9,7 @@ const DELAYS: usize = 10_000;
 /// Lags between stamp and reception from this value on are reported, s.
 const LAG: f64 = 1e-3;
 
-/// No message takes this long to the recorder, s: its clock is a different one.
+/// No message takes this long to reach the recorder, s; a larger delay means that the clocks differ.
 const OTHER_CLOCK: f64 = 60.0;
 
 /// A stamp this long after its reception comes from another clock, or belongs to a prediction, s.
@@ -37,7 +37,7 @@ pub struct Stamps {
 }
 
 impl Stamps {
-    /// Before the first message of the topic.
+    /// The stamps of a topic before its first message.
     #[must_use]
     pub fn of(topic: &str) -> Self {
         Self {
@@ -51,7 +51,7 @@ impl Stamps {
         }
     }
 
-    /// The same topic before its first message, with stamps known up to this one.
+    /// The stamps of the same topic, again before its first message, but with the stamps already known up to this one.
     pub(crate) fn anew(&self) -> Self {
         Self {
             newest: self.newest,
@@ -93,7 +93,7 @@ impl Stamps {
         Some(*median as f64 * 1e-9)
     }
 
-    /// Why its stamps do not show when its messages were sent.
+    /// The reason why the topic's stamps do not show when its messages were sent.
     #[must_use]
     pub fn unfit(&self) -> Option<String> {
         let all = |count: u64| self.messages >= FEW && count >= self.messages / 10 * 9;
@@ -130,12 +130,12 @@ impl Stamps {
     }
 }
 
-/// Why the stamps of these topics are not usable.
+/// The reason why the stamps of these topics are not usable.
 pub(crate) fn unusable_stamps_reason(topics: &[Stamps]) -> Option<String> {
     topics.iter().find_map(Stamps::unfit)
 }
 
-/// Why the stamps of these topics cannot be compared.
+/// The reason why the stamps of these topics cannot be compared.
 pub(crate) fn unfit(topics: &mut [Stamps]) -> Option<String> {
     if let Some(reason) = unusable_stamps_reason(topics) {
         return Some(reason);

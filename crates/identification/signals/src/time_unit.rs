@@ -116,7 +116,7 @@ const MILLISECONDS: f64 = 10.0;
 const RUNNING: f64 = 1e7;
 const FAST: f64 = 100.0;
 
-/// Steps from which on times are clearly microseconds, and from which on nanoseconds.
+/// Times with at least these steps are clearly in microseconds, or in nanoseconds.
 const MICROSECONDS: (f64, f64) = (5e3, 2e5);
 const NANOSECONDS: f64 = 2e6;
 
@@ -130,7 +130,7 @@ pub(crate) struct JudgedUnit {
 /// Certainty of a unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Known {
-    /// The user or the name gave it.
+    /// The user or the column's name gave the unit.
     #[default]
     Named,
     /// Only this unit fits.
