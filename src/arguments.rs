@@ -176,7 +176,7 @@ fn paths_in(word: &OsStr) -> Vec<PathBuf> {
     std::iter::once(PathBuf::from(word)).chain(parts).collect()
 }
 
-/// Why `--overwrite` may not replace this file: the command line names the file more than `given` times, or the file is part of a recording.
+/// The reason why `--overwrite` may not replace this file: the command line names the file more than `given` times, or the file is part of a recording.
 /// `given` is the number of times it is named as an output.
 fn reason_to_keep(path: &Path, given: usize) -> Option<String> {
     let identity = |it: &Path| it.metadata().ok().map(|it| (it.dev(), it.ino()));
@@ -346,7 +346,7 @@ fn error_and_tip(error: &clap::Error) -> (String, Option<String>) {
     (wrong, tip.map(str::to_owned))
 }
 
-/// Why the command line is refused; suggests the nearest command or option.
+/// The reason why the command line is refused; suggests the nearest command or option.
 fn refusal(error: &clap::Error, command: &clap::Command) -> String {
     let (wrong, tip) = error_and_tip(error);
     if let Some(ContextValue::String(unknown)) = error.get(ContextKind::InvalidSubcommand) {

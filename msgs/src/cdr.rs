@@ -14,7 +14,7 @@ const LITTLE_ENDIAN: [u8; HEADER] = [0, 1, 0, 0];
 /// Writers may fill a payload up to a multiple of four bytes.
 const MOST_PADDING: usize = 3;
 
-/// Why a payload is not a message of the expected type.
+/// The reason why a payload is not a message of the expected type.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {

@@ -31,7 +31,7 @@ impl TypeInfo {
     }
 }
 
-/// Why a payload cannot be shown as JSON.
+/// The reason why a payload cannot be shown as JSON.
 #[derive(Debug, thiserror::Error)]
 pub enum JsonError {
     /// The payload is not a message of the type.

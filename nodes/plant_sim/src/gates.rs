@@ -193,7 +193,7 @@ impl Gates {
         answers.then_some(gate.topic.as_str())
     }
 
-    /// Why the gate of this topic has not answered; `None` if the topic is not a gate.
+    /// The reason why the gate of this topic has not answered; `None` if the topic is not a gate.
     pub(crate) fn reason(&self, topic: &str) -> Option<String> {
         let gate = self.list.iter().find(|it| it.topic == topic)?;
         Some(match (&gate.state, gate.last) {

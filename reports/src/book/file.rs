@@ -11,7 +11,7 @@ pub struct Book {
     errata: BTreeMap<String, String>,
 }
 
-/// Why a book is invalid.
+/// The reason why a book is invalid.
 #[derive(Debug, thiserror::Error)]
 pub enum BookError {
     /// The entries are not JSON of the expected form.

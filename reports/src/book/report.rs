@@ -6,7 +6,7 @@ use planesman_show::plot::Plot;
 
 use crate::book::{Book, BookError, Names};
 
-/// Why a report's numbers or figures are not available.
+/// The reason why a report's numbers or figures are not available.
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
     /// An error in its numbers.

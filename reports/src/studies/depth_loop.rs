@@ -27,7 +27,7 @@ const SETTLED: i64 = 2 * OBSERVED.1;
 /// Initial ram positions, quanta.
 pub const STARTS: [f64; 3] = [0.0, -0.375, 0.25];
 
-/// Why a dive cannot be simulated.
+/// The reason why a dive cannot be simulated.
 #[derive(Debug, thiserror::Error)]
 pub enum DiveError {
     /// Error of the actuator file.

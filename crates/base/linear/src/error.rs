@@ -1,6 +1,6 @@
 //! Errors of linear algebra.
 
-/// Why a linear system or polynomial could not be built or solved.
+/// The reason why a linear system or polynomial could not be built or solved.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
     /// An empty list or matrix.

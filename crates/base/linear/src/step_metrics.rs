@@ -231,7 +231,7 @@ impl Band {
         }
     }
 
-    /// Time at which the response entered the band for good; `None` if it ends outside.
+    /// Time at which the response entered the band for good; `None` if the response ends outside the band.
     fn settled(self, last: Sample) -> Option<f64> {
         self.entered.filter(|_| self.holds(last))
     }

@@ -134,7 +134,7 @@ impl TransferFunction {
         Ok(output)
     }
 
-    /// The same function with 1 as the denominator's first coefficient, and without the numerator's leading zeros.
+    /// The transfer function with 1 as the denominator's first coefficient, and without the numerator's leading zeros.
     #[must_use]
     pub fn monic(&self) -> Self {
         let lead = self.den[0];
@@ -146,7 +146,7 @@ impl TransferFunction {
         .or_zero()
     }
 
-    /// The same function with coefficients that are only rounding errors set to 0, and without the numerator's leading zeros.
+    /// The transfer function with coefficients that are only rounding errors set to 0, and without the numerator's leading zeros.
     #[must_use]
     pub fn without_rounding(mut self) -> Self {
         for polynomial in [&mut self.num, &mut self.den] {

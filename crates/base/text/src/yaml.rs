@@ -29,7 +29,7 @@ const DIRECTIVES: usize = 16;
 /// Number of braces and brackets that cannot nest too deep.
 const HARMLESS: usize = 256;
 
-/// Why a text is refused.
+/// The reason why a text is refused.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// Lists and mappings nest too deep.

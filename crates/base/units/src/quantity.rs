@@ -12,7 +12,7 @@ use serde::de::{
 use crate::dimension::symbol;
 use crate::{Dimension, Unit};
 
-/// Why a quantity is refused. The text states the rule; the caller adds the field and the value.
+/// The reason why a quantity is refused. The text states the rule; the caller adds the field and the value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
     /// The unit is missing or belongs to another dimension; contains the accepted units.

@@ -253,7 +253,7 @@ fn forms() -> String {
     Form::ALL.map(Form::name).join(", ")
 }
 
-/// Why a value is invalid.
+/// The reason why a value is invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RuleError {
     /// No number.

@@ -180,7 +180,7 @@ fn loops(signals: impl Iterator<Item = String>) -> Vec<NamedLoop> {
 /// a topic (empty in a table) and a path. `None` if no signals look like an input and an output.
 ///
 /// # Errors
-/// Why no command is proposed though there are inputs and outputs.
+/// The reason why no command is proposed though there are inputs and outputs.
 pub(crate) fn suggestion<'s>(
     signals: impl Iterator<Item = (&'s str, &'s str)>,
     data: &DataOptions,

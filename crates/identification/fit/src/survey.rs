@@ -258,7 +258,7 @@ impl SegmentMeans {
     }
 }
 
-/// Why messages cannot be read.
+/// The reason why messages cannot be read.
 #[derive(Clone, Debug, thiserror::Error)]
 enum Unreadable {
     /// The messages' schema is not known.

@@ -393,7 +393,7 @@ impl Pair {
         self.aligner.answered().map(Time::from_nanos)
     }
 
-    /// Why nothing is learnt although messages come: a signal has stopped, or the two never have a common instant.
+    /// The reason why nothing is learnt although messages come: a signal has stopped, or the two never have a common instant.
     #[must_use]
     pub fn trouble(&self) -> Option<String> {
         let Config { input, output, .. } = &*self.config;

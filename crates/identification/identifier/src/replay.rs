@@ -57,7 +57,7 @@ pub struct Replay {
     pub live: Option<Comparison>,
     /// Number of messages without a finite number for a signal, and the error in the first.
     pub refused: Option<(usize, String)>,
-    /// Why the bag is incomplete, if it is.
+    /// The reason why the bag is incomplete, if it is.
     pub incomplete: Option<String>,
 }
 

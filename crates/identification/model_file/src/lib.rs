@@ -45,7 +45,7 @@ impl Error {
     }
 }
 
-/// Why a model, or its file, is refused.
+/// The reason why a model, or its file, is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Refusal {
     /// The file cannot be read or written; the reason.

@@ -11,7 +11,7 @@ use crate::{defect::Defect, metadata::MetadataError};
 pub(crate) const CONVERTER: &str =
     "'rosbags-convert --src OLD --dst NEW --dst-storage mcap' (of PyPI's rosbags)";
 
-/// Why a bag cannot be read.
+/// The reason why a bag cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// The path does not exist.
@@ -77,7 +77,7 @@ pub enum ReadError {
         path: PathBuf,
         /// Names of the files.
         files: String,
-        /// Why they cannot be one bag.
+        /// The reason why the files cannot be one bag.
         differ: &'static str,
     },
     /// An unsupported storage plugin.

@@ -46,7 +46,7 @@ pub enum Completeness {
     },
     /// The files were closed, but the metadata cannot be read.
     Unknown {
-        /// Why the metadata cannot be read.
+        /// The reason why the metadata cannot be read.
         reason: String,
     },
 }
@@ -406,7 +406,7 @@ struct Ahead {
     is_sorted: bool,
     bytes: usize,
     count: u64,
-    /// Why reading stopped.
+    /// The reason why reading stopped.
     failure: Option<ReadError>,
 }
 

@@ -45,7 +45,7 @@ pub(crate) struct Recording {
     pub(crate) messages: u64,
     /// Earliest and latest log time, ns.
     pub(crate) span: Option<(i64, i64)>,
-    /// Why the file is incomplete, if it is.
+    /// The reason why the file is incomplete, if it is.
     pub(crate) cut: Option<Defect>,
     /// Set for a database file.
     database: Option<Database>,

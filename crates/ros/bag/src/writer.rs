@@ -161,7 +161,7 @@ pub struct Health {
     pub waiting: u64,
     /// All topics, in the order in which they were added.
     pub topics: Vec<TopicHealth>,
-    /// Why writing has failed, if it has.
+    /// The reason why writing has failed, if it has.
     pub failure: Option<String>,
 }
 

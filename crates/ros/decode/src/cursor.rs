@@ -7,7 +7,7 @@ use planesman_rosidl::definition::Primitive;
 
 use crate::layout::{Advance, size_of};
 
-/// Why a payload cannot be read.
+/// The reason why a payload cannot be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DecodeError {
     /// A payload shorter than the encapsulation header.

@@ -90,7 +90,7 @@ pub struct CompileError {
     pub reason: Reason,
 }
 
-/// Why a path is refused.
+/// The reason why a path is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Reason {

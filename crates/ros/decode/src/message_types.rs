@@ -16,7 +16,7 @@ use crate::{Types, schema, standard};
 const LONGEST: u64 = 1 << 20;
 const MAX_TYPES: usize = 1000;
 
-/// Why a message type is unknown.
+/// The reason why a message type is unknown.
 #[derive(Debug, thiserror::Error)]
 pub enum TypeError {
     /// The text is not the name of a message type.

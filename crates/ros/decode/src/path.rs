@@ -25,7 +25,7 @@ pub enum Step {
     Named(String),
 }
 
-/// Why a text is not a path.
+/// The reason why a text is not a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PathError {
     /// An empty name, or one with other characters.

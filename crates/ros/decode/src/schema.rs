@@ -15,7 +15,7 @@ pub struct Types {
 /// Largest schema that is read, bytes; the largest standard message has 30 000 with all types it uses.
 const LONGEST: usize = 1 << 20;
 
-/// Why a schema cannot be used.
+/// The reason why a schema cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SchemaError {
     /// A language other than `ros2msg` and `ros2idl`.

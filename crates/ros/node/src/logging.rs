@@ -479,7 +479,7 @@ impl Throttle {
         Some(std::mem::take(&mut lately.passed_over))
     }
 
-    /// Warns about `subject`, unless it did so within the period.
+    /// Warns about `subject`, unless there was such a warning within the period.
     pub fn warn(&mut self, subject: &str, text: &str) {
         match self.admit(subject) {
             Some(0) => log::warn!("{subject}: {text}"),

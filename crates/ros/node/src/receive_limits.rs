@@ -30,7 +30,7 @@ pub struct ReceiveLimits {
 }
 
 impl ReceiveLimits {
-    /// For a node with messages of the loop, or messages of similar size.
+    /// Limits for a node with messages of the loop, or messages of similar size.
     #[must_use]
     pub fn small() -> Self {
         Self {
@@ -45,7 +45,7 @@ impl ReceiveLimits {
         }
     }
 
-    /// For a node that accepts any message that fits the budget.
+    /// Limits for a node that accepts any message that fits the budget.
     #[must_use]
     pub fn any(budget: usize) -> Self {
         Self {

@@ -41,7 +41,7 @@ use crate::{
     shared::Shared,
 };
 
-/// Time for the last messages at shutdown: a reader that misses one requests it within about 10 ms.
+/// Time for the last messages at shutdown: a reader that misses a message requests it within about 10 ms.
 const LINGER: Duration = Duration::from_millis(40);
 
 /// Whether the node continues.

@@ -27,7 +27,7 @@ pub(crate) enum Security {
     Enclave(std::path::PathBuf),
 }
 
-/// Why security is not available.
+/// The reason why security is not available.
 #[derive(Debug, thiserror::Error)]
 enum NoEnclave {
     #[cfg(not(feature = "security"))]

@@ -30,8 +30,8 @@ pub(crate) struct Unread {
 }
 
 impl Unread {
-    /// Why the payload is not such a message.
-    /// Why it is not such a message.
+    /// The reason why the payload is not such a message.
+    /// The reason why the payload is not such a message.
     pub(crate) fn message<M: Message>(&self) -> Result<M, String> {
         cdr::from_bytes(&self.payload).map_err(|error| error.to_string())
     }

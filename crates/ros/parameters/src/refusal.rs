@@ -1,6 +1,6 @@
 //! Error of a refused value.
 
-/// Why a parameter, or a parameter file, was refused.
+/// The reason why a parameter, or a parameter file, was refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}{reason}", parameter(name))]
 pub struct Refusal {

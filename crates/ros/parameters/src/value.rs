@@ -106,7 +106,7 @@ fn quoted(text: &str) -> String {
     format!("\"{}\"", shown(escaped))
 }
 
-/// In the form of a parameter file.
+/// Writes the value in the form of a parameter file.
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

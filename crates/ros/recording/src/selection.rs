@@ -66,7 +66,7 @@ pub struct NoRegex {
 }
 
 impl Selection {
-    /// From the parameters `record.*`; `expand` completes relative names.
+    /// Reads the parameters `record.*`; `expand` completes relative names.
     ///
     /// # Errors
     /// An invalid regular expression.

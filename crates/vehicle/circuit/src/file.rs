@@ -25,10 +25,10 @@ const MOST_FREQUENCY: f64 = 20_000.0;
 /// The shortest and the longest delay of a line, s: a step is at most a round trip long, and the wave of a round trip is stored.
 const LINE_DELAYS: [f64; 2] = [5e-5, 0.5];
 
-/// Why a text is not a valid circuit.
+/// The reason why a text is not a valid circuit.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FileError {
-    /// Not YAML, or a field is missing or unknown.
+    /// The text is not YAML, or a field is missing or unknown.
     #[error("{0}")]
     Malformed(String),
     /// A value violates a rule.

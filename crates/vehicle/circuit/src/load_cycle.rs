@@ -31,7 +31,7 @@ pub struct Point {
     pub force: f64,
 }
 
-/// Why points do not form a load cycle.
+/// The reason why points do not form a load cycle.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LoadCycleError {
     /// Fewer than two.

@@ -33,7 +33,7 @@ const STATES: usize = FIRST_EDGE + 2 * MOST_EDGES;
 
 /// The smallest jump of a line's wave at which an integration step ends, as a multiple of a step's largest error.
 const JUMP: f64 = 1.0;
-/// A step this short, s, is accepted regardless of its error. With many such steps and events in a cycle the motion counts as unsolved.
+/// A step this short, s, is accepted regardless of its error. If a cycle has many such steps and events, the motion counts as unsolved.
 const SHORTEST: f64 = 1e-9;
 const MOST_FORCED: u32 = 100_000;
 
@@ -73,7 +73,7 @@ struct Transition {
 struct Stretch {
     end: f64,
     after: [f64; STATES],
-    /// Of p_A and p_B at beginning and end, Pa/s.
+    /// Slopes of p_A and p_B at beginning and end, Pa/s.
     slopes: [[f64; 2]; 2],
     event: Option<Event>,
 }
@@ -99,7 +99,7 @@ struct Totals {
     impacts: f64,
     /// Stored energy at the start, J.
     first: f64,
-    /// Of the chambers' pressures, gauge, Pa.
+    /// Highest and lowest (`lowest`) of the chambers' pressures, gauge, Pa.
     highest: f64,
     lowest: f64,
     steps: u64,

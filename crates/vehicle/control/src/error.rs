@@ -67,7 +67,7 @@ pub enum ParameterError {
     Schedule {
         /// `times` or `distances`.
         list: &'static str,
-        /// Why not.
+        /// The reason.
         reason: ScheduleError,
     },
     /// No depth lies between the bounds.
@@ -142,7 +142,7 @@ pub enum ParameterError {
     TestSignal(ManoeuvreError),
 }
 
-/// Why depths over time or distance do not form a schedule.
+/// The reason why depths over time or distance do not form a schedule.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ScheduleError {
     /// Lists of different lengths.
@@ -187,7 +187,7 @@ pub enum ScheduleError {
     SameTime(f64),
 }
 
-/// Why a manoeuvre or a test signal cannot be flown.
+/// The reason why a manoeuvre or a test signal cannot be flown.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ManoeuvreError {
     /// No manoeuvre has this name.

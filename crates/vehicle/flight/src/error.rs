@@ -25,7 +25,7 @@ pub enum Error {
     During {
         /// The file, node, vehicle or argument concerned.
         what: String,
-        /// Why not.
+        /// The reason.
         source: PartError,
     },
     /// Refusal by a part of the loop, with the name of its node.

@@ -179,7 +179,7 @@ struct Account {
     /// Models of the first pair; and models of the first other pair, with its name.
     models: Line<Models>,
     other_models: Option<(String, Line<Models>)>,
-    /// By topic: number of skipped messages, and the problem of the first.
+    /// Number of skipped messages by topic, with the problem of the first skipped message.
     refused: BTreeMap<String, (u64, String)>,
 }
 

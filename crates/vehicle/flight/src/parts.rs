@@ -194,7 +194,7 @@ pub trait Estimator: Send {
     ) -> Result<Vec<Model>, PartError>;
 }
 
-/// An identified model, computed only when it is read.
+/// An identified model, which is computed only when it is read.
 #[derive(Clone, Debug)]
 pub enum Model {
     /// An estimate of [`Identifier`] that is still to be computed.

@@ -3,7 +3,7 @@
 use planesman_parameters::Refusal;
 use planesman_text::{option, setting};
 
-/// Why an FMU cannot be written, or cannot continue.
+/// The reason why an FMU cannot be written, or cannot continue.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// An invalid vehicle.
@@ -49,7 +49,7 @@ pub enum Error {
         actuators: String,
         /// A suggestion of the probable name, as a question.
         meant: String,
-        /// Why it is not a vehicle.
+        /// The reason why it is not a vehicle.
         reason: Box<planesman_vehicle::vehicle_file::VehicleError>,
     },
     /// The file is neither a vehicle, a model nor an actuator.
@@ -60,7 +60,7 @@ pub enum Error {
     Unknown {
         /// Its path.
         file: String,
-        /// Why it is not a valid actuator.
+        /// The reason why it is not a valid actuator.
         reason: Box<Error>,
     },
     /// The library that runs FMUs is missing.
@@ -73,7 +73,7 @@ pub enum Error {
         /// Its name.
         library: String,
     },
-    /// Another library than expected.
+    /// The library is not the expected one.
     #[error("'{0}' is not a libplanesman_fmu of this version")]
     OtherLibrary(String),
     /// The FMU's files do not belong to this library.

@@ -17,12 +17,12 @@ const MOST_TICKS: f64 = 1e7;
 const ROUNDING: f64 = 1e-6;
 const MOST_ROUNDING: f64 = 0.1;
 
-/// By how much of a tick times near `time` may differ by rounding, since importers add up steps.
+/// The share of a tick by which times near `time` may differ, because importers add up rounded steps.
 fn rounding(time: f64, tick: f64) -> f64 {
     ROUNDING.max(4.0 * f64::EPSILON * time.abs() / tick)
 }
 
-/// Why a call fails. The instance is then unchanged.
+/// The reason why a call fails. The instance is then unchanged.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub(crate) enum Fault {
     /// The call is not allowed now: `fmi3Error`.

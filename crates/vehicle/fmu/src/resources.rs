@@ -35,7 +35,7 @@ pub(crate) enum Format {
 #[serde(deny_unknown_fields)]
 pub(crate) struct Manifest {
     pub(crate) format: Format,
-    /// The version of the program that wrote it.
+    /// The version of the program that wrote the manifest.
     pub(crate) version: String,
     pub(crate) kind: Kind,
     /// The subject's file, in the same folder.

@@ -29,7 +29,7 @@ impl Variable {
         }
     }
 
-    /// The same, limited to a closed interval.
+    /// The variable, limited to a closed interval.
     pub(crate) fn within(self, low: f64, high: f64) -> Self {
         Self {
             declaration: self.declaration.range(low, high),

@@ -37,7 +37,7 @@ pub enum Error {
     NoSmallVolume {
         /// The actuator's name or file.
         actuator: String,
-        /// Group that it moves.
+        /// The group of planes that the actuator moves.
         group: &'static str,
     },
     /// The latch is so slow that too many volumes are on their way.
@@ -67,7 +67,7 @@ pub enum Error {
     Motion {
         /// The actuator's name or file.
         actuator: String,
-        /// Group that it moves.
+        /// The group of planes that the actuator moves.
         group: &'static str,
         /// Stamp of the tick, s.
         time: f64,

@@ -27,7 +27,7 @@ pub(crate) struct FirstOrder {
     /// Angle, rad, at `since`, the time of the last change of law or target.
     from: f64,
     since: i64,
-    /// Time up to which it has run.
+    /// Time up to which the actuator has been advanced.
     until: i64,
 }
 

@@ -211,7 +211,7 @@ pub enum FaultyValve {
 /// A group's actuator.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Member {
-    /// Planes that it moves.
+    /// The planes that the actuator moves.
     pub group: Group,
     /// Name of a built-in actuator, or a path.
     pub actuator: String,

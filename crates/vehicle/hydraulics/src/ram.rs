@@ -288,8 +288,8 @@ impl Ram {
         };
     }
 
-    /// Friction state of a load without speed: it slides if the pressure overcomes friction, otherwise it is stuck. A stop removes all of
-    /// its speed and supports it.
+    /// Friction state of a load without speed: it slides if the pressure overcomes friction, otherwise it is stuck. A stop removes all of the load's
+    /// speed and supports the load.
     fn at_rest(&self, stop: Option<Side>) -> FrictionState {
         let force = self.constants.area * self.pressure(&self.state);
         let side = Side::from_sign(force);

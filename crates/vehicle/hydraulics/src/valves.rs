@@ -115,9 +115,9 @@ impl Valves {
         self.stuck = stuck;
     }
 
-    /// Carries out a pulse command (Figure 2-3). With an unchanged sign the actuating valve moves the commanded volume. With a changed sign
-    /// the direction valve switches, and its switching moves the volume, so the parallel volume command is inhibited. The actuating valves of the
-    /// other volumes switch too, so these volumes do not move. The drivers know only their own last command, not the valves' positions.
+    /// Carries out a pulse command (Figure 2-3). If the sign is unchanged, the actuating valve moves the commanded volume. If the sign changes, the
+    /// direction valve switches. Its switching moves the volume, so the parallel volume command is inhibited. The actuating valves of the other volumes
+    /// switch too, so these volumes do not move. The drivers know only their own last command, not the valves' positions.
     pub(crate) fn obey(&mut self, command: Command) -> Stroke {
         let sign_changes = (command.sign > 0) != self.driven.direction_right;
         self.driven.direction_right ^= sign_changes;

@@ -47,7 +47,7 @@ pub struct Observation {
 /// The true pose and velocity in ROS frames.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pose {
-    /// In the frame `odom`.
+    /// The odometry in the frame `odom`.
     pub odometry: Odometry,
     /// `odom` to `base_link`, and `base_link` to the planes.
     pub transforms: TFMessage,

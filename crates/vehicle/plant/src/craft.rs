@@ -98,9 +98,9 @@ impl VehicleModel {
 /// Equations of motion with the settings from the parameters.
 #[derive(Clone, Debug)]
 pub(crate) enum Equations {
-    /// Of the vertical plane.
+    /// A vehicle of the vertical plane.
     Plane(Box<BodyMotion>),
-    /// Of six degrees of freedom.
+    /// A vehicle with six degrees of freedom.
     SixDof(Box<SixDof>),
 }
 
@@ -174,7 +174,7 @@ impl Equations {
         }
     }
 
-    /// Sets the body's speed to the held speed, if it is held.
+    /// Sets the body's speed to the constant speed, if the speed is held constant.
     pub(crate) fn hold_speed(&self, place: &mut Place) {
         match self {
             Self::Plane(motion) if motion.drive.is_none() => {

@@ -81,7 +81,7 @@ fn up([x, y, z]: [f64; 3]) -> [f64; 3] {
     [x, 0.0 - y, -z]
 }
 
-/// The same for rates; the third component is the one seldom zero.
+/// Converts rates in the same way. (`0 - r` instead of `-r` avoids a negative zero.)
 fn up_rates([p, q, r]: [f64; 3]) -> [f64; 3] {
     [p, -q, 0.0 - r]
 }

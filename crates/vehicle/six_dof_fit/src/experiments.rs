@@ -35,9 +35,9 @@ const COMMAND: f64 = 0.4;
 pub struct Expected {
     /// The number.
     pub name: String,
-    /// From the present data.
+    /// The interval from the present data.
     pub before: f64,
-    /// With the manoeuvre.
+    /// The interval expected with the manoeuvre.
     pub after: f64,
     /// The manoeuvre as text; `None` if no manoeuvre of the library shortens the interval by 20 % or more.
     pub manoeuvre: Option<String>,

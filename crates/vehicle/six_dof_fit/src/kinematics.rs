@@ -68,7 +68,7 @@ impl fmt::Display for Contradiction {
     }
 }
 
-/// How a pose agrees with the velocities that move it.
+/// The agreement of a pose with the velocities that change it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Agreement {
     /// The pose, one of [`SIGNALS`].
@@ -218,7 +218,7 @@ fn reversed(runs: &[Run], channels: &[usize], pose: usize) -> Option<Vec<&'stati
     Some(best.into_iter().map(|it| SIGNALS[it].0).collect())
 }
 
-/// How poses agree with velocities that explain them, each at its best lag.
+/// The agreement of each pose with the velocities, at the lag where it is best.
 pub(super) fn agreements(runs: &[Run], channels: &[usize]) -> Vec<Agreement> {
     let of_pose = |pose: usize| {
         let states = states_of(runs, channels, pose, &[]);
@@ -322,7 +322,7 @@ pub(super) fn saturated(runs: &[Run], names: &[String]) -> Vec<Saturated> {
     names.iter().enumerate().filter_map(of_input).collect()
 }
 
-/// How the second of pairs follows from the first, about their means.
+/// The regression of the second number of each pair on the first, about their means.
 struct Ratio {
     slope: f64,
     /// The share of the second that the first explains.

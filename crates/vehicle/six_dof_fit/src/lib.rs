@@ -101,7 +101,7 @@ pub struct SixDofResult {
     pub correlated: Vec<(String, String, f64)>,
     /// Poses that contradict the recorded velocities.
     pub contradictions: Vec<Contradiction>,
-    /// How each pose agrees with the velocities.
+    /// The agreement of each pose with the velocities.
     pub agreements: Vec<Agreement>,
     /// Jumps of the recorded pose, which are left out.
     pub resets: Vec<Reset>,
@@ -149,17 +149,17 @@ pub enum SixDofVerdict {
         /// Errors of the fitted vehicle over the initial one's, geometric mean over the signals.
         ratio: f64,
     },
-    /// It predicts worse than if the velocity stayed the same: the ratio of their errors.
+    /// The vehicle predicts worse than a constant velocity; contains the ratio of the errors.
     NoPrediction {
         /// Errors of the fitted vehicle over those of constant velocity, geometric mean of velocity, rate and position.
         ratio: f64,
     },
-    /// It predicts no better than a linear model per axis: the ratio of their errors.
+    /// The vehicle predicts no better than a linear model per axis; contains the ratio of the errors.
     LinearAsGood {
         /// Errors of the fitted vehicle over those of the linear model, geometric mean of velocity, rate and position.
         ratio: f64,
     },
-    /// There is no data to validate it on.
+    /// There is no data to validate the vehicle on.
     NotValidated,
     /// Some numbers are not determined.
     NotDetermined {
@@ -408,7 +408,7 @@ fn ranges(runs: &[Run], channels: &[usize]) -> Vec<(&'static str, f64)> {
     channels.iter().enumerate().map(range).collect()
 }
 
-/// What held-out data says of a vehicle.
+/// The performance of a vehicle on held-out data.
 #[derive(Default)]
 struct Judged {
     held_out: Option<HeldOut>,

@@ -98,13 +98,13 @@ impl Predictor {
 /// The errors of all models over one horizon.
 #[derive(Clone, Debug, Serialize)]
 pub struct Prediction {
-    /// Its length \[s\].
+    /// The horizon's length \[s\].
     pub horizon: f64,
-    /// Whether the verdict rests on it.
+    /// Whether the verdict uses this horizon.
     pub is_judged: bool,
     /// Number of windows, each from a measured state.
     pub windows: usize,
-    /// The errors of each model; `None` if it diverges.
+    /// The errors of each model; `None` for a model that diverges.
     pub errors: Vec<(Predictor, Option<Errors>)>,
 }
 

@@ -43,7 +43,7 @@ const DELAY_PRIOR: f64 = 0.3;
 const OUTLIER: f64 = 2.5;
 /// The noise of a first pose, if the cost is of velocities alone \[m\], \[rad\].
 const FIRST_POSE: f64 = 2e-3;
-/// How often the noise estimate is updated.
+/// Number of updates of the noise estimate.
 const WEIGHINGS: usize = 8;
 /// The number of initial states of a window.
 const INITIAL: usize = 12;
@@ -358,7 +358,7 @@ impl Problem<'_> {
         numbers.chain(current).chain(biases).chain(delays).collect()
     }
 
-    /// The vehicle with these globals; `None` if it is impossible.
+    /// The vehicle with these globals; `None` if such a vehicle is physically impossible.
     pub(super) fn vehicle(&self, globals: &[f64]) -> Option<Vehicle> {
         let changes = self.sought.iter().enumerate();
         let changes = changes.map(|(k, place)| (*place, self.value(k, globals)));
@@ -610,7 +610,7 @@ impl Problem<'_> {
         windows.len() == exact.len() && on_all_cores(&pairs, of).into_iter().all(|it| it)
     }
 
-    /// The same from the priors, alternating with estimates of each signal's noise from its residuals. The first search is over `short` windows,
+    /// Searches from the priors; the search alternates with estimates of each signal's noise from the residuals. The first search is over `short` windows,
     /// if there are any: over a short time even a vehicle that would tumble stays near the recorded motion.
     pub(super) fn weighed(&mut self, windows: &[Window], short: &[Window]) -> Option<DVector<f64>> {
         self.noise = first_noise(windows);

@@ -49,7 +49,7 @@ impl<'a> Cutter<'a> {
         }
     }
 
-    /// The same for other runs with the same signals.
+    /// The problem for other runs with the same signals.
     pub(super) fn of_other_runs<'b>(&self, runs: &'b [Run], resets: &'b [Reset]) -> Cutter<'b>
     where
         'a: 'b,

@@ -88,7 +88,7 @@ pub enum VehicleError {
     Identified {
         /// Its path.
         file: String,
-        /// Why not.
+        /// The reason.
         reason: identified::Error,
     },
 }

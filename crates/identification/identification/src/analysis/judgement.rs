@@ -1,4 +1,4 @@
-//! Why a model gets its verdict: conclusions from fit, residuals and uncertainty.
+//! The reason why a model gets its verdict: conclusions from fit, residuals and uncertainty.
 
 use std::f64::consts::PI;
 

@@ -340,7 +340,7 @@ impl Analysis {
         Ok(reason)
     }
 
-    /// Why the record may not determine the model.
+    /// The reason why the record may not determine the model.
     fn doubts(&self, problem: &Problem<'_>) -> Vec<Doubt> {
         let vehicle = &self.options.knowledge.vehicle;
         let mut doubts = match self.options.method.is_of_the_vehicle() {

@@ -32,7 +32,7 @@ use crate::error::{IdentificationError, Result};
 use crate::structure::{InitialState, Layout, Problem, Structure, monic};
 use planesman_record::{LONGEST_PAST, Run};
 
-/// Why there is no process model.
+/// The reason why there is no process model.
 const UNDETERMINED: IdentificationError =
     IdentificationError::Undetermined("the records determine no process model");
 /// Points of the grid: time constants, the ratio of dead times, damping ratios.

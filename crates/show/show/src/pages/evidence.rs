@@ -16,7 +16,7 @@ use planesman_signals::{PreparedRecord, hertz};
 use crate::pages::fit::{TIME, is_near, range};
 use crate::pages::tuning::number;
 
-/// Anchors of the samples used for the fit, and of those it is judged on.
+/// Anchors of the samples used for the fit, and of the samples on which the fit is judged.
 pub(crate) const FIT: &str = "samples-fitted";
 pub(crate) const HELD_OUT: &str = "samples-held-out";
 

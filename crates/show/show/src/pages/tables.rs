@@ -78,7 +78,7 @@ fn order(of: &Estimate) -> String {
     }
 }
 
-/// Table of each model's structure, and how well it simulates and predicts.
+/// Table of each model's structure and of its fits in simulation and prediction.
 pub fn fits(models: &[Compared]) -> Table {
     let ahead = models.first().map_or(&[][..], |it| &it.judgement.predicted);
     let ahead: Vec<String> = ahead

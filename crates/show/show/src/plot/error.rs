@@ -1,11 +1,11 @@
-//! Why a plot cannot be drawn.
+//! The reason why a plot cannot be drawn.
 
 use thiserror::Error;
 
 /// Largest magnitude that can be drawn: beyond any physical quantity, and small enough to compute with.
 pub(crate) const LARGEST: f64 = 1e30;
 
-/// Why a plot cannot be drawn.
+/// The reason why a plot cannot be drawn.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum PlotError {
     /// The plot of this title has no points.

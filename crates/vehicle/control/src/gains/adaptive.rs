@@ -78,7 +78,7 @@ impl Adaptive {
     /// The identified vehicle, if it can be trusted at `stamp` (ns) and `speed` (m/s).
     ///
     /// # Errors
-    /// Why not.
+    /// The reason.
     pub(super) fn believed(
         &self,
         schedule: &Schedule,

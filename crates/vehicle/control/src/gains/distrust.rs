@@ -1,4 +1,4 @@
-//! Why an identified model is not used for the gains.
+//! The reason why an identified model is not used for the gains.
 
 use planesman_model_file::Refusal;
 
@@ -74,7 +74,7 @@ pub enum FileError {
     Distrusted {
         /// The file.
         path: String,
-        /// Why not.
+        /// The reason.
         reason: Distrust,
     },
 }

@@ -33,7 +33,7 @@ impl Trust {
     /// The model identified at a speed (m/s), if it satisfies the conditions.
     ///
     /// # Errors
-    /// Why not.
+    /// The reason.
     pub fn believed(
         &self,
         identified: &Identified,

@@ -24,7 +24,7 @@ pub fn file_of(part: u64, parts: u64) -> String {
 /// The file, open for the missing rows.
 pub struct Results {
     file: File,
-    /// Number of rows that it already had.
+    /// Number of rows that the file already had.
     pub there: u64,
 }
 

@@ -42,7 +42,7 @@ pub struct Number {
     pub group: &'static str,
     /// Value in the file's unit; 1 for a factor, 0 for an offset.
     pub value: f64,
-    /// Its size: the value's own, or of a number that is 0 what it may become; in the file's unit.
+    /// The size of the value, in the file's unit; for a value of 0 the size that it may become.
     pub size: f64,
     /// Its places in the file; several for a factor.
     places: Vec<Place>,
@@ -58,7 +58,7 @@ struct Place {
 }
 
 impl Number {
-    /// Whether a fit seeks it unless other numbers are named: not a 0, nor an entry of body or position.
+    /// Whether a fit estimates the number unless other numbers are named: it is not 0, and no entry of the body or of a position.
     #[must_use]
     pub fn is_sought_by_default(&self) -> bool {
         self.value != 0.0 && self.group != "body"

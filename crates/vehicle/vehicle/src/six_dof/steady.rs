@@ -87,8 +87,8 @@ pub fn steady_turns(vehicle: &Vehicle, inputs: &[f64], holding: usize, start: Tu
     turns
 }
 
-/// Growth rate of the fastest-growing small deviation from a steady turn with constant inputs \[1/s\]; the turn is stable if it is
-/// negative. Depth, position and heading are excluded, because the motion does not depend on them. `None` if the linearised motion is not finite.
+/// Growth rate of the fastest-growing small deviation from a steady turn with constant inputs \[1/s\]; the turn is stable if this rate is negative.
+/// Depth, position and heading are excluded, because the motion does not depend on them. `None` if the linearised motion is not finite.
 #[must_use]
 pub fn growth(vehicle: &Vehicle, inputs: &[f64], holding: usize, turn: &Turn) -> Option<f64> {
     let mut inputs = inputs.to_vec();

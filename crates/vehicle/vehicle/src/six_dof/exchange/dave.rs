@@ -22,7 +22,7 @@ use super::xml::{self, Writer, row};
 /// Points of a thruster's curve.
 const POINTS: i32 = 40;
 
-/// Writes the robot; returns its XML and what it does not express.
+/// Writes the robot; returns the XML, and the parts of the vehicle that it does not contain.
 pub(super) fn write(parts: &Parts, numbers: &ModelNumbers, density: f64) -> (String, Vec<String>) {
     let mut xml = Writer::default();
     let mut omitted = Vec::new();

@@ -31,7 +31,7 @@ const AXES: [&str; 6] = ["x", "y", "z", "p", "q", "r"];
 /// Mass of the link that carries a thruster's joint \[kg\].
 const PROPELLER_MASS: f64 = 1e-3;
 
-/// Writes the model; returns its XML and what it does not express.
+/// Writes the model; returns the XML, and the parts of the vehicle that it does not contain.
 pub(super) fn write(parts: &Parts, numbers: &ModelNumbers, density: f64) -> (String, Vec<String>) {
     let mut xml = Writer::default();
     let mut omitted = vec![format!(

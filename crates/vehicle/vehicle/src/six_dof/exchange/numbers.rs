@@ -56,7 +56,7 @@ pub enum Place {
     Square(usize),
 }
 
-/// A number as the file has it.
+/// A number as written in the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
     /// Its place in the equations.

@@ -20,7 +20,7 @@ use super::gazebo::scaled_to;
 use super::numbers::{Format, ModelNumbers, Place, ReadError, name};
 use super::xml::{self, Shape, Writer, row};
 
-/// Writes the robot; returns its XML and what it does not express.
+/// Writes the robot; returns the XML, and the parts of the vehicle that it does not contain.
 pub(super) fn write(parts: &Parts, numbers: &ModelNumbers, density: f64) -> (String, Vec<String>) {
     let mut xml = Writer::default();
     let mut omitted = vec![
