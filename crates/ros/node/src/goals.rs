@@ -102,7 +102,7 @@ impl<R: Clone, W> Goals<R, W> {
         }
     }
 
-    /// Ends a goal, and returns the clients waiting for its result. Drops the oldest ended goals beyond [`REMEMBERED`] is dropped.
+    /// Ends a goal, and returns the clients waiting for its result. Drops the oldest ended goals beyond [`REMEMBERED`].
     pub(crate) fn end(&mut self, id: GoalId, status: GoalStatus, result: R) -> Vec<W> {
         let Some(entry) = self.entry(id).filter(|entry| entry.result.is_none()) else {
             return Vec::new();
