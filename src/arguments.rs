@@ -241,7 +241,7 @@ pub fn output_file(text: &str) -> Result<PathBuf, String> {
     output(text, 1)
 }
 
-/// Like [`output_file`], for a file that the command line names `given` times as an output.
+/// Checks a file as [`output_file`] does, if the command line names it `given` times as an output.
 fn output(text: &str, given: usize) -> Result<PathBuf, String> {
     let path = Path::new(text);
     if path.file_name().is_none() {

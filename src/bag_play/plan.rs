@@ -212,7 +212,7 @@ pub(super) struct Plan {
     pub(super) outputs: Vec<PlannedOutput>,
     /// The topic that ends a tick, if it is not the first output.
     pub(super) answer: Option<Topic>,
-    /// Index of the input whose every message begins a tick; `None`: the stamps of the recorded answers do.
+    /// Index of the input of which every message begins a tick; with `None` the stamps of the recorded answers begin ticks.
     pub(super) tick: Option<usize>,
 }
 

@@ -37,7 +37,7 @@ struct Output {
     topic: Topic,
     id: Option<TopicId>,
     stamp: Option<StampDecoder>,
-    /// The last message; after inputs were published again, the same one again answers those.
+    /// The last message. After inputs were published again, the same message again counts as their answer.
     last: Vec<u8>,
 }
 

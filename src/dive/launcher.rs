@@ -81,7 +81,7 @@ pub(super) enum Event {
 }
 
 enum Phase {
-    /// Waiting until all nodes have discovered each other. `matches`: the largest number of matches so far; `since`: when it was reached.
+    /// The launcher waits until all nodes have discovered each other. `matches`: the largest number of matches so far; `since`: when it was reached.
     Discovering { matches: usize, since: Instant },
     /// All nodes have discovered each other; their parameters are compared with the flight's.
     Comparing,
@@ -114,7 +114,7 @@ pub(super) struct Launcher {
     /// Whether the vehicle has reported the end of the flight.
     done: bool,
     pole: String,
-    /// When the vehicle was released.
+    /// Time at which the vehicle was released.
     began: Instant,
     /// Wall time from the release to the last state.
     pub(super) flown: Duration,
@@ -517,7 +517,7 @@ struct History {
 impl History {
     const COLUMNS: u64 = 44;
 
-    /// For the whole scenario; for a flight without end, the last seconds with one column per second.
+    /// A history of the whole scenario; for a flight without end, of the last seconds with one column per second.
     fn of(scenario: &Scenario, endless: bool) -> Self {
         let ticks = match endless {
             true => (1.0 / scenario.tick).round() as u64,

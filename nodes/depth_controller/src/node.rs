@@ -124,10 +124,10 @@ struct Node {
     /// Current parameters.
     parameters: Box<ControllerParameters>,
     command: Publisher<PlaneCommand>,
-    /// Present if `hover.vehicle` names a vehicle.
+    /// The publisher of thruster commands; `None` unless `hover.vehicle` names a vehicle.
     thrusters: Option<Publisher<ThrusterCommand>>,
     inside: Publisher<ControlState>,
-    /// Present if the loops use sensor readings instead of the true state.
+    /// The publisher of the estimate; `None` if the loops use the true state.
     estimate: Option<Publisher<MotionEstimate>>,
     /// A state that waits for its sensor readings.
     waiting: Waiting,

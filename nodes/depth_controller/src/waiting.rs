@@ -9,7 +9,7 @@ use planesman_msgs::planesman_msgs::msg::VehicleState;
 /// Number of receptions of a state after which it is answered without the missing sensor readings.
 pub(crate) const MAX_REPEATS: u32 = 3;
 
-/// The waiting state, and how often it was received.
+/// The waiting state, and the number of times that it was received.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Waiting {
     state: Option<VehicleState>,

@@ -25,7 +25,7 @@ pub(crate) struct Gates {
     list: Vec<Gate>,
     definitions: Definitions,
     values: Values,
-    /// When the last gate opened.
+    /// Time at which the last gate opened.
     opened: Option<Instant>,
 }
 
@@ -42,7 +42,7 @@ enum State {
     Unpublished,
     /// The publishers have been requested to send the type's definition.
     Asked,
-    /// Subscribed; with a decoder of the messages' stamp, if they have one.
+    /// The topic is subscribed; with a decoder of the messages' stamp, if they have a stamp.
     Open(Option<Box<StampDecoder>>),
 }
 

@@ -157,7 +157,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
 enum Pace {
     /// All answers have arrived.
     Lockstep {
-        /// When the present tick began, and when its `state` was last published.
+        /// Times at which the present tick began, and at which its `state` was last published.
         began: Instant,
         said: Instant,
     },
@@ -177,7 +177,7 @@ struct Stepping {
     responder: Responder<Step>,
 }
 
-/// Waiting for the answers to a tick.
+/// The wait for the answers to a tick.
 struct Wait {
     /// Wall-clock time at which the tick's state was first sent.
     sent: Time,
@@ -225,7 +225,7 @@ struct Node {
     contact: String,
     /// The claim to be the only vehicle in the namespace.
     claim: Claim,
-    /// When the search for other vehicles began; `None` after no other vehicle was found.
+    /// Time at which the search for other vehicles began; `None` once the search has ended without finding one.
     listening: Option<Instant>,
 }
 
@@ -398,7 +398,7 @@ impl Node {
         Ok(())
     }
 
-    /// Takes thruster commands; in lockstep only those for the present tick.
+    /// Takes thruster commands; in lockstep only commands for the present tick.
     fn on_thrusters(&mut self, command: &ThrusterCommand) {
         let is_lockstep = matches!(self.pace, Pace::Lockstep { .. });
         if is_lockstep && (self.observation.is_none() || command.header.stamp.nanos() != self.stamp)

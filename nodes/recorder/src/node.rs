@@ -210,7 +210,7 @@ struct Node {
     topics: Vec<Recorded>,
     /// Topics of the loop that are subscribed to once somebody publishes them.
     awaited: Vec<LoopTopic>,
-    /// When publishers of these topics were last looked for.
+    /// Time of the last search for publishers of these topics.
     looked: Instant,
     selection: Selection,
     /// Type of each topic that is or will be recorded.
@@ -227,7 +227,7 @@ struct Node {
     answer: Option<Publisher<TickAnswer>>,
     /// Number of messages stored with a corrected time, or not stored.
     unfit: u64,
-    /// When writing to the bag failed.
+    /// Time at which writing to the bag failed.
     failed: Option<Instant>,
 }
 

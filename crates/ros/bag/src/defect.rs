@@ -30,7 +30,7 @@ pub enum Defect {
     /// A record ends within a field.
     #[error("a record is shorter than its fields")]
     ShortRecord,
-    /// A name or encoding that is not UTF-8.
+    /// A name or encoding is not UTF-8.
     #[error("a text is not UTF-8")]
     Text,
     /// A time beyond 63 bits.
@@ -51,10 +51,10 @@ pub enum Defect {
     /// An unsupported compression.
     #[error("a chunk has the unsupported compression '{0}'; supported: none, zstd, lz4")]
     Compression(String),
-    /// A chunk whose unpacked length differs from its header.
+    /// The unpacked length of a chunk differs from its header.
     #[error("a chunk contains {there} bytes, but its header says {length}")]
     ChunkHolds { there: usize, length: u64 },
-    /// A chunk whose checksum does not match its unpacked bytes.
+    /// The checksum of a chunk does not match its unpacked bytes.
     #[error("a chunk's checksum does not match its bytes")]
     Checksum,
     /// A damaged compressed message, with the decompressor's error.
@@ -69,10 +69,10 @@ pub enum Defect {
     /// Two different channels with the same number.
     #[error("two channels have the same number {0}")]
     Channel(u16),
-    /// A channel whose schema is missing.
+    /// The schema of a channel is missing.
     #[error("topic {topic} refers to the unknown schema {schema}")]
     UnknownSchema { topic: String, schema: u16 },
-    /// A message whose channel is missing.
+    /// The channel of a message is missing.
     #[error("a message belongs to the unknown channel {0}")]
     UnknownChannel(u16),
     /// A defect in the records of a chunk.

@@ -27,7 +27,7 @@ const TOPIC: u64 = 160;
 pub(crate) const CHANNEL: u64 = 32;
 
 impl Topic {
-    /// Memory in bytes, without its kind.
+    /// Memory of a topic in bytes, without its kind.
     pub(crate) fn size(&self) -> u64 {
         TOPIC + self.name.len() as u64
     }
@@ -52,9 +52,9 @@ impl TopicKind {
 /// The schemas and channels read so far.
 #[derive(Default)]
 pub(crate) struct Definitions {
-    /// Schemas by number; `None` for an omitted one, whose channels are omitted too.
+    /// Schemas by number; `None` for an omitted schema, whose channels are omitted too.
     schemas: BTreeMap<u16, Option<Schema>>,
-    /// Topics by channel number; `None` for an omitted one.
+    /// Topics by channel number; `None` for an omitted topic.
     channels: BTreeMap<u16, Option<Arc<Topic>>>,
     /// Topic kinds, by everything a channel contains except its name.
     kinds: BTreeMap<Vec<u8>, Arc<TopicKind>>,
@@ -79,7 +79,7 @@ struct Schema {
 }
 
 impl Definitions {
-    /// No definitions yet, with a memory limit in bytes; for a file read before, its known topics.
+    /// An empty set with a memory limit in bytes; for a file that was read before, with its known topics.
     pub(crate) fn within(room: u64, known_channels: Option<Arc<Channels>>) -> Self {
         Self {
             room,

@@ -1,8 +1,8 @@
 //! The fields of the MCAP records that a reader needs, borrowed from the record's bytes.
 //!
 //! Layouts are those of the MCAP specification ("Records"): little-endian integers; strings and maps follow their length in bytes (4 bytes).
-//! Footer and statistics are parsed by `mcap::parse_record`. The other records are not: it reserves as much memory as a string claims (4 GiB
-//! from four hostile bytes), copies every string, and takes 1.4 times as long for a bag's messages.
+//! Footer and statistics are parsed by `mcap::parse_record`. That function does not parse the other records here, because it reserves as much memory as a
+//! string claims (4 GiB from four hostile bytes), copies every string, and takes 1.4 times as long for a bag's messages.
 
 use std::collections::BTreeMap;
 

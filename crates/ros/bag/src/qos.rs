@@ -74,9 +74,9 @@ pub enum Durability {
 pub enum Liveliness {
     /// The middleware's default.
     SystemDefault,
-    /// Asserted by its process.
+    /// The publisher's process asserts liveliness.
     Automatic,
-    /// Asserted for each topic.
+    /// The publisher asserts liveliness for each topic.
     ManualByTopic,
     /// Not announced.
     Unknown,
@@ -133,7 +133,7 @@ impl OfferedQos {
         }
     }
 
-    /// This QoS with transient-local durability.
+    /// The QoS with transient-local durability.
     #[must_use]
     pub fn transient_local(self) -> Self {
         Self {

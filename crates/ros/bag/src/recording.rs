@@ -33,7 +33,7 @@ const GUESSED_BY: u64 = 8;
 #[derive(Clone, Debug)]
 pub(crate) struct Recording {
     pub(crate) path: PathBuf,
-    /// Size when it was opened, unpacked if compressed, bytes.
+    /// Size of the file when it was opened, unpacked if compressed, bytes.
     pub(crate) size: u64,
     /// Number of readable bytes.
     pub(crate) readable: u64,
@@ -241,7 +241,7 @@ impl Recording {
         (recording, counts)
     }
 
-    /// Stream of its messages, up to the last readable one.
+    /// Stream of the file's messages, up to the last readable message.
     pub(crate) fn stream(&self) -> Result<Stream, ReadError> {
         if let Some(database) = &self.database {
             let channels = Arc::clone(&self.channels);

@@ -143,7 +143,7 @@ impl Plant {
         Self::of(VehicleModel::load(parameters)?, parameters)
     }
 
-    /// Like [`Plant::new`], for a vehicle that has already been read.
+    /// Creates the plant as [`Plant::new`] does, for a vehicle that has already been read.
     ///
     /// # Errors
     /// Same as [`Plant::new`].

@@ -21,11 +21,11 @@ pub(crate) struct Odometry {
     pub position: [f64; 3],
     /// The quaternion (x, y, z, w) that turns `base_link` vectors into `odom`.
     pub orientation: [f64; 4],
-    /// Over ground, in `base_link` \[m/s\].
+    /// Velocity over ground, in `base_link` \[m/s\].
     pub velocity: [f64; 3],
-    /// Through the water, in `base_link` \[m/s\].
+    /// Velocity through the water, in `base_link` \[m/s\].
     pub through_water: [f64; 3],
-    /// In `base_link` \[rad/s\].
+    /// Angular velocity in `base_link` \[rad/s\].
     pub angular_velocity: [f64; 3],
 }
 
