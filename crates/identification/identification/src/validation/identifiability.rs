@@ -39,8 +39,10 @@ const CONTROLLER_LAGS: usize = 3;
 const SAMPLES_PER_LAG: usize = 12;
 const SAMPLES: usize = 4000;
 /// If the singular values of a regression with equally scaled columns spread more than this, some directions contain only rounding error and the
-/// smallest noise.
+/// smallest noise; if what the regression leaves of the output is smaller, by this factor, than the least singular value, that value is no noise.
 const SPREAD: f64 = 1e-8;
+const ABOVE_NOISE: f64 = 30.0;
+const ROUNDING: f64 = 1e-12;
 
 /// A reason to distrust any model from the records.
 #[derive(Clone, Debug, PartialEq)]
@@ -114,7 +116,7 @@ pub fn of_inputs(problem: &Problem<'_>, needed: usize, is_deficient: bool) -> Ve
 
 /// Doubt because the rows of the regression are linearly dependent.
 fn of_rows(problem: &Problem<'_>) -> Option<Doubt> {
-    let (mut phi, _) = regression(problem);
+    let (mut phi, outputs) = regression(problem);
     for mut column in phi.column_iter_mut() {
         let size = column.norm();
         if size > 0.0 {
@@ -126,8 +128,20 @@ fn of_rows(problem: &Problem<'_>) -> Option<Doubt> {
     }
     let singular = singular_values(&phi);
     let (least, largest) = (singular.min(), singular.max());
-    let known = singular.iter().filter(|s| **s > SPREAD * largest).count();
-    (least <= SPREAD * largest).then(|| Doubt::Rank(known, phi.ncols(), least / largest))
+    if least > SPREAD * largest {
+        return None;
+    }
+    let size = outputs.norm();
+    let left = phi
+        .clone()
+        .svd(true, true)
+        .solve(&outputs, f64::MIN_POSITIVE);
+    let noise = left.map_or(f64::INFINITY, |theta| {
+        (&outputs - &phi * theta).norm() / size
+    });
+    let spread = (ABOVE_NOISE * noise).clamp(ROUNDING, SPREAD);
+    let known = singular.iter().filter(|s| **s > spread * largest).count();
+    (least <= spread * largest).then(|| Doubt::Rank(known, phi.ncols(), least / largest))
 }
 
 /// Singular values of the triangular factor, since the matrix may be long; empty if it contains a number that is not finite.
@@ -241,9 +255,19 @@ impl<'a> Pasts<'a> {
         })
     }
 
+    /// Whether the output is constant up to and including the sample at which the input moves first: then the output does not move the input.
+    fn input_moves_first(&self) -> bool {
+        let first = self.inputs.windows(2).position(|u| u[0] != u[1]);
+        let until = first.map_or(0, |it| it + 2);
+        until > self.lags && self.outputs[..until].iter().all(|y| *y == self.outputs[0])
+    }
+
     /// The part of the input that a linear controller does not explain, with `u_k` from `y_k ... y_(k-3)` and `u_(k-1) ... u_(k-3)`.
     fn feedback(&self) -> Option<Feedback> {
         let (inputs, lags) = (self.inputs, CONTROLLER_LAGS);
+        if self.input_moves_first() {
+            return None;
+        }
         let own = self.left(inputs, 1..lags + 1, 0..0, true)?;
         let unexplained = self.left(inputs, 1..lags + 1, 0..lags + 1, true)?;
         Some(Feedback {
@@ -355,6 +379,7 @@ mod tests {
     use super::*;
     use crate::common::{clean, measured, next, pulses};
     use crate::structure::Structure;
+    use planesman_linear::polynomial;
     use planesman_record::{filter, noise, with_noise};
 
     fn doubts_of(structure: Structure, inputs: &[f64], outputs: &[f64]) -> Vec<Doubt> {
@@ -490,6 +515,41 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn a_smooth_input_with_twelve_digits_determines_two_resonances() {
+        // The least singular value is 2e-9 of the largest, and what the digits leave of the output is 5e-12.
+        let inputs: Vec<f64> = (0..500)
+            .map(|k| {
+                let x = ((f64::from(k) - 50.0) / 300.0).clamp(0.0, 1.0);
+                x.powi(4) * (35.0 - 84.0 * x + 70.0 * x.powi(2) - 20.0 * x.powi(3))
+            })
+            .collect();
+        let resonances = polynomial::product(&[1.0, -1.94, 0.98], &[1.0, -1.84, 0.94]);
+        let outputs = filter(&[0.0, 0.02, -0.01, 0.015, -0.005], &resonances, &inputs);
+        let digits = |of: &[f64]| -> Vec<f64> {
+            let each = of.iter().map(|it| format!("{it:.11e}").parse().unwrap());
+            each.collect()
+        };
+        let structure = Structure::of_order(4).without_offset();
+        let found = doubts_of(structure, &digits(&inputs), &digits(&outputs));
+        assert_eq!(found, []);
+    }
+
+    #[test]
+    fn an_input_that_moves_while_the_output_is_constant_is_not_feedback_alone() {
+        // A proportional controller on an integrator: one step of the setpoint, no noise.
+        let (mut inputs, mut outputs, mut y) = (vec![], vec![], 0.0);
+        for k in 0..300 {
+            let setpoint = if k < 60 { 0.0 } else { 1.0 };
+            outputs.push(y);
+            inputs.push(1.5 * (setpoint - y));
+            y += 0.05 * inputs[k];
+        }
+        let found = doubts_of(Structure::of_order(1), &inputs, &outputs);
+        let is_feedback = |doubt: &Doubt| matches!(doubt, Doubt::FeedbackAlone(..));
+        assert!(!found.iter().any(is_feedback), "{found:?}");
     }
 
     #[test]
