@@ -194,7 +194,8 @@ fn automatic(
         && options.delay.is_none()
         && options.zeros_at_one + options.integrators == 0
         && !options.own_numerators;
-    let other = chosen.as_ref().ok().and_then(|it| it.estimate.as_ref());
+    let other = chosen.as_ref().ok();
+    let other = other.and_then(|it| Some((it.estimate.as_ref()?, it.best().fit())));
     let process = is_free.then(|| process::instead_of(problem, other, stood));
     match process.flatten() {
         Some(process) => Ok(process.into()),

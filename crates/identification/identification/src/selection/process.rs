@@ -27,6 +27,9 @@ use planesman_record::Run;
 const BEYOND_DOUBT: f64 = 10.0;
 /// The distance of a pole from z = 1, times the number of samples, up to which it may be an integrator.
 const MEMORY: f64 = 2.0;
+/// Cross-validated errors up to this many times those of another model, or of this many %, are hardly larger.
+const HARDLY_MORE: f64 = 1.1;
+const UNSEEN: f64 = 0.1;
 /// Number of parts, left out one at a time.
 const PARTS: usize = 10;
 /// Maximum number of input changes in a step test.
@@ -188,13 +191,14 @@ fn slow_poles(of: &Estimate) -> Vec<Complex<f64>> {
 }
 
 /// The best process model for a step test, or for records in which the other model may integrate, if its criterion is no worse than that of the other
-/// model. If the other model surely integrates, or has a slow pair of poles instead of an integrator with a constant at its input, an integrating
+/// model, and, except for a step test, its cross-validated errors are hardly larger; `other` has the other model and its cross-validated fit, %. If the other model surely integrates, or has a slow pair of poles instead of an integrator with a constant at its input, an integrating
 /// process model must have a clearly better criterion: only process models have such a constant.
 pub(crate) fn instead_of(
     problem: &Problem<'_>,
-    other: Option<&Estimate>,
+    other: Option<(&Estimate, f64)>,
     stood: bool,
 ) -> Option<Chosen> {
+    let (other, other_fit) = other.unzip();
     let is_at_one = |of: &Estimate| of.layout.structure.known_denominator.len() > 1;
     let is_doubtful = other.is_some_and(|it| may_integrate(it) && !is_at_one(it));
     let is_asked = is_step_test(problem) || is_doubtful;
@@ -221,7 +225,9 @@ pub(crate) fn instead_of(
         true => of_other + BEYOND_DOUBT,
         false => of_other - BEYOND_DOUBT,
     };
-    (of_chosen <= allowed).then_some(chosen)
+    let missed = |fit: Option<f64>| fit.map_or(0.0, |fit| 100.0 - fit);
+    let is_near = missed(chosen.fit) <= HARDLY_MORE * missed(other_fit).max(UNSEEN);
+    (of_chosen <= allowed && (is_near || is_step_test(problem))).then_some(chosen)
 }
 
 /// The initial input of records that may begin at rest; it must be the same in all records, without earlier inputs.
