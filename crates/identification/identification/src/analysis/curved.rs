@@ -13,6 +13,7 @@ use crate::estimators::{Estimate, Estimator, LeastSquares, Method, Wiener, of_le
 use crate::static_curve::{Side, StaticCurve};
 use crate::structure::{Problem, Structure};
 use crate::validation::identifiability::Following;
+use crate::validation::nonlinearity::Cause;
 use planesman_record::{Record, Run};
 use planesman_wording::setting;
 
@@ -72,17 +73,29 @@ fn analysed(record: &Record, options: &Options, validation: Option<&Record>) -> 
                 _ => Vec::new(),
             };
             let missed = |it: &Analysis| it.held_out.fit.map(|fit| 100.0 - fit);
-            let is_better = |it: &Analysis, is_told: bool| {
-                let pair = missed(it).zip(missed(&linear));
+            let missed_in_all = |it: &Analysis| it.fit.map(|fit| 100.0 - fit);
+            let is_better = |it: &Analysis, attempt: &Attempt| {
+                let is_told = attempt.is_told;
+                let is_exact = it.is_exact() && !it.is_step_test;
+                let pair = match missed(it) {
+                    Some(curved) => Some(curved).zip(missed(&linear)),
+                    // The first part alone does not determine the curve.
+                    None if is_told || is_exact => missed_in_all(it).zip(missed_in_all(&linear)),
+                    None => None,
+                };
                 let is_better =
                     pair.is_some_and(|(curved, linear)| curved < BETTER * linear.min(UNUSABLE));
-                is_better && (is_told || it.curve_misses().is_none())
+                let is_enough = is_told || it.curve_misses().is_none();
+                is_better && is_enough && (is_exact || !attempt.must_be_exact)
             };
-            let found = attempts.iter().find_map(|attempt| {
+            let found = attempts.iter().filter_map(|attempt| {
                 let found = beside(record, options, validation, &linear, attempt);
-                found.ok().filter(|it| is_better(it, attempt.is_told))
+                let found = found.ok().filter(|it| is_better(it, attempt))?;
+                let curve = found.curved.as_ref()?.fitted.curve.parameters().len();
+                let parameters = found.estimate.theta.len() + curve;
+                Some((parameters, found.estimate.residuals.concat(), found))
             });
-            Ok(found.unwrap_or(linear))
+            Ok(of_least_criterion(found.collect()).unwrap_or(linear))
         }
         choice => {
             let starts = choice.starts(match choice.side() {
@@ -99,6 +112,7 @@ fn analysed(record: &Record, options: &Options, validation: Option<&Record>) -> 
                 side: choice.side(),
                 starts,
                 is_told: true,
+                must_be_exact: false,
             };
             beside(record, options, validation, &linear, &attempt)
         }
@@ -119,6 +133,8 @@ struct Attempt {
     starts: Vec<StaticCurve>,
     /// Whether the linear model's error suggests these curves; if not, a curve must reduce the error to the noise.
     is_told: bool,
+    /// Whether nothing suggests a curve: then it must leave nothing but rounding errors, because it may also describe a disturbance.
+    must_be_exact: bool,
 }
 
 /// The curves worth trying: those of the cause that was found; and, if the noise would allow a better fit, limits at which the output dwells, and
@@ -134,18 +150,27 @@ fn tried(linear: &Analysis, inputs: &[f64], outputs: &[f64]) -> Vec<Attempt> {
     let limits = clipped.or_else(|| dwelt_at(outputs).filter(|_| is_asked));
     let limits = limits.filter(|_| !is_told_of(Side::Output));
     let of_inputs = (is_asked && !is_told_of(Side::Input)).then(|| of_inputs(inputs).collect());
-    let others = (limits.map(|it| (Side::Output, vec![it])).into_iter())
-        .chain(of_inputs.map(|it| (Side::Input, it)));
-    let others: Vec<_> = others.collect();
-    let attempt = |is_told| {
+    let of_outputs = (is_asked && !is_told_of(Side::Output)).then(|| {
+        let choices = [CurveChoice::OutputDeadZone, CurveChoice::OutputSaturation];
+        choices.iter().flat_map(|it| it.starts(outputs)).collect()
+    });
+    let attempt = |is_told, must_be_exact| {
         move |(side, starts)| Attempt {
             side,
             starts,
             is_told,
+            must_be_exact,
         }
     };
-    (told.into_iter().map(attempt(true)))
-        .chain(others.into_iter().map(attempt(false)))
+    let is_curve = |cause: &Cause| matches!(cause, Cause::Input(_) | Cause::Output(_));
+    let may_be_curved = finding.is_some_and(|it| is_curve(&it.cause));
+    let limits = limits.map(|it| (Side::Output, vec![it]));
+    let of_inputs = of_inputs.map(|it| (Side::Input, it));
+    let of_outputs = of_outputs.map(|it| (Side::Output, it));
+    (told.into_iter().map(attempt(true, false)))
+        .chain(limits.map(attempt(false, false)))
+        .chain(of_inputs.map(attempt(false, false)))
+        .chain(of_outputs.map(attempt(false, !may_be_curved)))
         .collect()
 }
 
@@ -212,6 +237,15 @@ fn hammerstein(
     )
 }
 
+/// The structure of dynamics in front of a curve: the levels of a dead zone take the place of an offset of the signal in front.
+fn before(curve: &StaticCurve, of: &Structure) -> Structure {
+    let is_dead_zone = matches!(curve, StaticCurve::DeadZone { .. });
+    Structure {
+        offset: of.offset && !is_dead_zone,
+        ..of.clone()
+    }
+}
+
 /// Chooses order and delay of the dynamics for the outputs before the curve, as estimated by a first model.
 fn wiener(
     record: &Record,
@@ -221,22 +255,20 @@ fn wiener(
     starts: &[StaticCurve],
 ) -> Result<Analysis> {
     let poles = |of: &Estimate| of.theta.as_slice()[of.layout.a()].to_vec();
-    let structure = simple(linear);
-    let all = problem(record, &structure)?;
-    let begin = match linear.estimate.layout.structure == structure {
-        true => poles(&linear.estimate),
-        false => poles(&LeastSquares.fit(&all)?),
-    };
     let none = IdentificationError::Search("the search for the curve found no minimum");
-    let nearest = |problem: &Problem<'_>, starts: &[StaticCurve]| {
+    let nearest = |problem: &Problem<'_>, begin: &[f64], starts: &[StaticCurve]| {
         let runs = problem.runs.iter();
         let signal: Vec<f64> = runs.flat_map(|it| it.outputs).copied().collect();
         let fitted = starts.iter().filter_map(|start| {
             let estimator = Wiener {
                 start: start.clone(),
-                poles: begin.clone(),
+                poles: begin.to_vec(),
             };
-            let found = estimator.fit(problem).ok()?;
+            let problem = Problem {
+                structure: before(start, &problem.structure),
+                ..problem.clone()
+            };
+            let found = estimator.fit(&problem).ok()?;
             let curve = found.output_curve.as_ref()?;
             let parameters = curve.curve.parameters().len();
             let is_determined = curve.is_determined(&signal);
@@ -244,15 +276,31 @@ fn wiener(
         });
         of_least_criterion(fitted.collect()).ok_or(none.clone())
     };
-    let mut first = match starts {
-        [_] => nearest(&all, starts)?,
-        // Which of them, a part of the record tells.
-        _ => {
-            let of_part = nearest(&all.last_samples(SEARCHED), starts)?;
-            let curve = of_part.output_curve.map(|it| it.curve);
-            nearest(&all, &curve.into_iter().collect::<Vec<_>>())?
-        }
+    let of_structure = |structure: &Structure| {
+        let all = problem(record, structure)?;
+        let begin = match linear.estimate.layout.structure == *structure {
+            true => poles(&linear.estimate),
+            false => poles(&LeastSquares.fit(&all)?),
+        };
+        let first = match starts {
+            [_] => nearest(&all, &begin, starts)?,
+            // Which of them, a part of the record tells.
+            _ => {
+                let of_part = nearest(&all.last_samples(SEARCHED), &begin, starts)?;
+                let curve = of_part.output_curve.map(|it| it.curve);
+                nearest(&all, &begin, &curve.into_iter().collect::<Vec<_>>())?
+            }
+        };
+        Ok((all, first))
     };
+    // Without noise the right curve leaves nothing for more poles than the plant's.
+    let structure = simple(linear);
+    let (all, mut first) =
+        of_structure(&structure).or_else(|error: IdentificationError| match structure.poles {
+            0 | 1 => Err(error),
+            _ if linear.options.order.is_some() => Err(error),
+            _ => of_structure(&linear.options.structure(1)),
+        })?;
     let start = first.output_curve.take().ok_or(none.clone())?.curve;
     let start = start.normalised();
     let simulated: Vec<_> = (all.runs.iter().enumerate())
@@ -282,7 +330,7 @@ fn wiener(
         let structure = Structure {
             poles: order,
             numerator: chosen.layout.structure.numerator.min(order.max(1)),
-            ..chosen.layout.structure.clone()
+            ..before(&start, &chosen.layout.structure)
         };
         let estimator = Wiener {
             poles: poles(&chosen),
@@ -363,12 +411,13 @@ mod tests {
         let square = StaticCurve::Square { linear: None };
         let backlash = StaticCurve::Backlash { width: 0.8 };
         vec![
-            (Side::Input, dead_zone, CurveChoice::DeadZone),
+            (Side::Input, dead_zone.clone(), CurveChoice::DeadZone),
             (Side::Input, saturation.clone(), CurveChoice::Saturation),
             (Side::Input, square, CurveChoice::Square),
             (Side::Input, backlash, CurveChoice::Backlash),
             (Side::Input, bent.clone(), CurveChoice::Piecewise),
             (Side::Output, saturation, CurveChoice::OutputSaturation),
+            (Side::Output, dead_zone, CurveChoice::OutputDeadZone),
             (Side::Output, bent, CurveChoice::OutputPiecewise),
         ]
     }

@@ -255,19 +255,23 @@ fn fitted(
     let tested_against = data.references.get(longest).copied();
     let tested_against = tested_against.unwrap_or(problem.runs[longest].inputs);
     let residuals = estimate.residuals.get(longest);
+    let nothing_held_out = HeldOutFits {
+        from: first_part(&run).outputs.len(),
+        ..HeldOutFits::default()
+    };
     let held_out = match beside {
-        _ if validation.is_some() => HeldOutFits {
-            from: first_part(&run).outputs.len(),
-            ..HeldOutFits::default()
+        _ if validation.is_some() => nothing_held_out,
+        CurvePlacement::AtInput(front) => match front.of_first_part(&problem.structure) {
+            Ok(through) => {
+                let by_first_part = Problem {
+                    runs: through.runs().unwrap_or_default(),
+                    ..problem.clone()
+                };
+                HeldOutFits::of(estimator, &by_first_part, longest)
+            }
+            // The first part alone does not determine the curve.
+            Err(_) => nothing_held_out,
         },
-        CurvePlacement::AtInput(front) => {
-            let through = front.of_first_part(&problem.structure)?;
-            let by_first_part = Problem {
-                runs: through.runs().unwrap_or_default(),
-                ..problem.clone()
-            };
-            HeldOutFits::of(estimator, &by_first_part, longest)
-        }
         _ => HeldOutFits::of(estimator, problem, longest),
     };
     let refits = |refits| {

@@ -203,13 +203,13 @@ impl Wiener {
         runs.iter().zip(simulated).map(of_run).collect()
     }
 
-    /// Initial parameters of the dynamics.
-    fn dynamics(&self, problem: &Problem<'_>) -> Result<DVector<f64>> {
+    /// Initial parameters of the dynamics, after some passes from measured outputs to those before the curve.
+    fn dynamics(&self, problem: &Problem<'_>, passes: usize) -> Result<DVector<f64>> {
         let mut poles = self.poles.clone();
         let mut outputs: Vec<Vec<f64>> =
             problem.runs.iter().map(|it| it.outputs.to_vec()).collect();
         let mut theta = DVector::zeros(0);
-        for _ in 0..PASSES {
+        for _ in 0..passes {
             let runs = problem.runs.iter().zip(&outputs);
             let in_front = Problem {
                 runs: runs.map(|(run, outputs)| Run { outputs, ..*run }).collect(),
@@ -297,11 +297,15 @@ impl Estimator for Wiener {
     fn fit(&self, problem: &Problem<'_>) -> Result<Estimate> {
         let simulator = Simulator::new(problem);
         let count = problem.layout().count();
-        let dynamics = self.dynamics(problem)?;
         let values: Vec<f64> = self.start.parameters().iter().map(|it| it.1).collect();
-        let start =
-            DVector::from_iterator(count + values.len(), dynamics.iter().copied().chain(values));
-        let (theta, at) = minimise(start, |theta| self.linearised(problem, &simulator, theta))?;
+        let after = |passes: usize| {
+            let dynamics = self.dynamics(problem, passes)?;
+            let start = dynamics.iter().chain(&values).copied();
+            let start = DVector::from_iterator(count + values.len(), start);
+            minimise(start, |theta| self.linearised(problem, &simulator, theta))
+        };
+        // The passes may lead to dynamics that grow.
+        let (theta, at) = after(PASSES).or_else(|_| after(1))?;
         let none = IdentificationError::Search("the search for the curve found no minimum");
         let curve = (self.start.with(&theta.as_slice()[count..])).ok_or(none)?;
         // The covariance of a part of the parameters is that of its slopes without what the others' make up.
