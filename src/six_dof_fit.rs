@@ -211,6 +211,9 @@ fn print_record(found: &SixDofResult) -> Result<()> {
     for contradiction in &found.contradictions {
         out!("- {contradiction}")?;
     }
+    for input in &found.reversed_inputs {
+        out!("- {input}")?;
+    }
     let is_said = |name: &str| found.contradictions.iter().any(|it| it.signal == name);
     let agreements = found.agreements.iter();
     for it in agreements.filter(|it| !it.is_close() && !is_said(it.signal)) {

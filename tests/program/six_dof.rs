@@ -495,4 +495,19 @@ fn a_record_as_of_a_real_vehicle_gives_its_numbers_per_newton_and_its_delay() {
     for other in 1..4 {
         assert!(position(0) < 0.3 * position(other), "{judged}");
     }
+    // One thruster that is wired the other way round is found, and none is where all are right.
+    assert_eq!(found["reversed_inputs"], serde_json::json!([]));
+    let reversed = Command::new(env!("CARGO_BIN_EXE_planesman"))
+        .args(["six-dof", "fit", &log, "--real", "--like", "bluerov2_heavy"])
+        .args(["--signal", "rear_port=rear_port*-1", "--window", "0..60"])
+        .output()
+        .unwrap();
+    assert_eq!(reversed.status.code(), Some(1));
+    let text = String::from_utf8(reversed.stdout).unwrap();
+    let lines = text.lines().filter(|it| it.contains("acts against"));
+    let lines: Vec<&str> = lines.collect();
+    assert!(
+        lines.len() == 1 && lines[0].starts_with("- input rear_port "),
+        "{text}"
+    );
 }

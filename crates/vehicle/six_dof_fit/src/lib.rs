@@ -2,6 +2,7 @@
 
 mod error;
 mod experiments;
+mod input_signs;
 mod kinematics;
 mod options;
 mod prediction;
@@ -29,6 +30,7 @@ use problem::{Problem, VELOCITIES, Window};
 use windows::Cutter;
 
 pub use experiments::{Expected, NextRun};
+pub use input_signs::ReversedInput;
 pub use kinematics::{Agreement, Contradiction, Reset, Saturated};
 pub use options::{Axes, Cost, Delay, SixDofOptions};
 pub use prediction::{Errors, Prediction, Predictor, Trajectory};
@@ -101,6 +103,8 @@ pub struct SixDofResult {
     pub correlated: Vec<(String, String, f64)>,
     /// Poses that contradict the recorded velocities.
     pub contradictions: Vec<Contradiction>,
+    /// Inputs that act against their direction in the vehicle file.
+    pub reversed_inputs: Vec<ReversedInput>,
     /// The agreement of each pose with the velocities.
     pub agreements: Vec<Agreement>,
     /// Jumps of the recorded pose, which are left out.
@@ -227,7 +231,7 @@ impl SixDofResult {
     /// The verdict on the vehicle.
     #[must_use]
     pub fn verdict(&self) -> SixDofVerdict {
-        if !self.contradictions.is_empty() {
+        if !self.contradictions.is_empty() || !self.reversed_inputs.is_empty() {
             return SixDofVerdict::Contradictory;
         }
         let Some(held) = &self.held_out else {
@@ -376,6 +380,7 @@ pub fn fit_six_dof(
         windows: all.len(),
         samples,
         contradictions,
+        reversed_inputs: input_signs::reversed_inputs(&problem, &all, &vehicle.parts().inputs),
         agreements: kinematics::agreements(&data.runs, &channels),
         saturated: kinematics::saturated(&data.runs, &vehicle.parts().inputs),
         ranges: ranges(&data.runs, &channels),

@@ -17,7 +17,7 @@ use crate::signals::apart;
 /// The horizons, relative to the one that is judged.
 const HORIZONS: [f64; 3] = [0.5, 1.0, 2.0];
 /// Time constants tried for an axis \[s\].
-const TIME_CONSTANTS: [f64; 24] = {
+pub(super) const TIME_CONSTANTS: [f64; 24] = {
     let (mut all, mut k) = ([0.0; 24], 0);
     let mut now = 0.1;
     while k < 24 {
@@ -162,13 +162,13 @@ struct Lag {
 }
 
 /// The samples of a signal in a window: number of steps before each, and its value.
-fn samples(window: &Window, channel: usize) -> impl Iterator<Item = (usize, f64)> {
+pub(super) fn samples(window: &Window, channel: usize) -> impl Iterator<Item = (usize, f64)> {
     let all = window.samples.iter().filter(move |it| it.1 == channel);
     all.map(|it| (it.0, it.2))
 }
 
 /// The response of a lag to each input and to the offset, from rest, after each step.
-fn responses(steps: &[Step], time_constant: f64) -> Vec<Vec<f64>> {
+pub(super) fn responses(steps: &[Step], time_constant: f64) -> Vec<Vec<f64>> {
     let inputs = steps.first().map_or(0, |it| it.1.len());
     let mut now = vec![0.0; inputs + 1];
     let mut all = vec![now.clone()];

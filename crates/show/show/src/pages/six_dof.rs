@@ -23,7 +23,9 @@ pub fn page(of: &SixDofResult, recording: &str) -> String {
     let plots: Vec<Plot<'_>> = order
         .filter_map(|channel| plot(&of.trajectories, channel, &titles[channel]))
         .collect();
-    let said = of.contradictions.iter().map(|it| (it.to_string(), true));
+    let said = of.contradictions.iter().map(ToString::to_string);
+    let said = said.chain(of.reversed_inputs.iter().map(ToString::to_string));
+    let said = said.map(|it| (it, true));
     let differing = of.agreements.iter().filter(|it| !it.is_close());
     let said = said.chain(differing.map(|it| (it.to_string(), true)));
     let resets = match of.resets.len() {
