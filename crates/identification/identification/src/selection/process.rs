@@ -191,7 +191,7 @@ fn slow_poles(of: &Estimate) -> Vec<Complex<f64>> {
 }
 
 /// The best process model for a step test, or for records in which the other model may integrate, if its criterion is no worse than that of the other
-/// model, and, except for a step test, its cross-validated errors are hardly larger; `other` has the other model and its cross-validated fit, %. If the other model surely integrates, or has a slow pair of poles instead of an integrator with a constant at its input, an integrating
+/// model, and, except for a step test or an integrating process, its cross-validated errors are hardly larger; `other` has the other model and its cross-validated fit, %. If the other model surely integrates, or has a slow pair of poles instead of an integrator with a constant at its input, an integrating
 /// process model must have a clearly better criterion: only process models have such a constant.
 pub(crate) fn instead_of(
     problem: &Problem<'_>,
@@ -227,7 +227,8 @@ pub(crate) fn instead_of(
     };
     let missed = |fit: Option<f64>| fit.map_or(0.0, |fit| 100.0 - fit);
     let is_near = missed(chosen.fit) <= HARDLY_MORE * missed(other_fit).max(UNSEEN);
-    (of_chosen <= allowed && (is_near || is_step_test(problem))).then_some(chosen)
+    let may_differ = is_step_test(problem) || chosen.estimator.form.integrates();
+    (of_chosen <= allowed && (is_near || may_differ)).then_some(chosen)
 }
 
 /// The initial input of records that may begin at rest; it must be the same in all records, without earlier inputs.

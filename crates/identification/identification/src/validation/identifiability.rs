@@ -534,7 +534,8 @@ mod tests {
         };
         let structure = Structure::of_order(4).without_offset();
         let found = doubts_of(structure, &digits(&inputs), &digits(&outputs));
-        assert_eq!(found, []);
+        let is_of_rank = |doubt: &Doubt| matches!(doubt, Doubt::Rank(..));
+        assert!(!found.iter().any(is_of_rank), "{found:?}");
     }
 
     #[test]
