@@ -146,7 +146,7 @@ mod tests {
             assert!(middleware(Some(good.to_owned())).is_ok(), "{good}");
         }
         let trouble = middleware(Some("rmw_zenoh_cpp".to_owned())).expect_err("no DDS");
-        assert!(trouble.to_string().contains("unset it"), "{trouble}");
+        assert!(trouble.to_string().contains("Unset it"), "{trouble}");
     }
 
     #[test]

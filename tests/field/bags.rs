@@ -882,7 +882,7 @@ fn two_publishers_are_told_apart_by_their_channels_or_by_the_numbers_that_each_c
         let (samples, gain) = ("record/samples", "model/steady_state_gain/0");
         near(one.number(samples), SAMPLES as f64, 20.0);
         near(one.number(gain), 0.75, 0.01);
-        run("cmd:[publisher=2].linear.x").refused(&["is constant: 0.3"]);
+        run("cmd:[publisher=2].linear.x").refused(&["is constant (0.3 in all"]);
         run("cmd:[publisher=3].linear.x").refused(&["publisher 3", "'cmd:[publisher=1].linear.x'"]);
         let told = topics(folder.path(), "log.mcap").text;
         assert!(

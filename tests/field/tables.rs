@@ -736,7 +736,7 @@ fn where_each_row_says_what_its_number_is_of_that_is_a_signal() {
         let value = header.rsplit(sign).next().unwrap();
         let value = if value.is_empty() { "c3" } else { value };
         fit(folder.path(), &["long.csv", "-i", "u", "-o", value])
-            .refused(&["several signals have the name", "Choose one of u, y"]);
+            .refused(&["several signals have the name", "choose one of u, y"]);
         fit(folder.path(), &["long.csv", "-i", "u", "-o", "yy"])
             .refused(&["no signal 'yy'", "did you mean 'y'?"]);
     }

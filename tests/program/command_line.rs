@@ -247,7 +247,7 @@ fn a_doctor_finds_nothing_wrong_where_the_tests_run_and_names_what_is() {
     let ill = stage.start_as(&["doctor"], &variables).finish();
     assert_eq!(ill.status.code(), Some(1), "{ill:#?}");
     assert!(ill.stdout.contains("TROUBLE  middleware"), "{ill:#?}");
-    assert!(ill.complaints()[0].contains("unset it"), "{ill:#?}");
+    assert!(ill.complaints()[0].contains("Unset it"), "{ill:#?}");
 }
 
 #[test]

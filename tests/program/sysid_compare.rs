@@ -423,7 +423,7 @@ fn of_all_methods_the_one_that_simulates_held_out_data_best_is_taken() {
     // Least squares takes the slow noise for dynamics.
     assert_ne!(found.model_file().unwrap().method, "least_squares");
     let refusal = try_fit(&data, "--method fir --order 3 --numerator 2").unwrap_err();
-    assert!(refusal.contains("use --order for the number"), "{refusal}");
+    assert!(refusal.contains("Use --order for the number"), "{refusal}");
 }
 
 #[test]

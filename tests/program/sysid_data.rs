@@ -463,7 +463,7 @@ fn an_input_that_is_of_another_time_or_never_moves_is_refused_with_the_numbers()
     let constant = "-i a:angular_velocity.x -o b:angular_velocity.y --stamp log";
     let refusal = try_fit(&path, constant).unwrap_err();
     assert!(
-        refusal.contains("is constant: 0 in all 200 samples"),
+        refusal.contains("is constant (0 in all 200 samples)"),
         "{refusal}"
     );
 }
